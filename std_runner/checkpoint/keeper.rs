@@ -1,5 +1,6 @@
 //! Keeps the state of a solve while it runs.
 
+use super::inputs::{Input, inputs_of};
 use super::open::{held, make_way, write};
 use super::{Every, Found, Needs, Options, SLOTS, Sealed, Solve, Words, beside, has_states};
 use crate::destination::Destination;
@@ -21,10 +22,13 @@ const LONG: f64 = 300.0;
 const OFTEN: f64 = 60.0;
 const SHARE: f64 = 0.05;
 
+/// Files as they were when a solve began, or why one could not be read.
+pub(crate) type Inputs = io::Result<Vec<Input>>;
+
 /// How a solve begins.
 pub(crate) enum Begin<'a> {
-    /// Anew; a state that is in its way may go if that is `forced`.
-    Anew { forced: bool },
+    /// Anew, with these files; a state that is in its way may go if that is `forced`.
+    Anew { inputs: Option<Inputs>, forced: bool },
     /// On from a state.
     From(&'a Found),
 }
@@ -36,6 +40,8 @@ pub(crate) struct Keeper {
     place: PathBuf,
     document: Document,
     options: Options,
+    /// The files that it began with, as they were then.
+    inputs: Option<Inputs>,
     solve: Option<Solve>,
     /// Held from the first state on, and where states were asked for from the start.
     lock: Option<Arc<File>>,
@@ -60,9 +66,9 @@ impl Keeper {
         (document, options): (Document, Options),
         begin: Begin<'_>,
     ) -> Result<Self, Failure> {
-        let (found, forced) = match begin {
-            Begin::Anew { forced } => (None, forced),
-            Begin::From(found) => (Some(found), false),
+        let (found, inputs, forced) = match begin {
+            Begin::Anew { inputs, forced } => (None, inputs, forced),
+            Begin::From(found) => (Some(found), None, false),
         };
         let place = found.map_or_else(|| beside(destination.folder()), |found| found.place.clone());
         let goes_on = found.is_some();
@@ -80,6 +86,7 @@ impl Keeper {
             place,
             document,
             options,
+            inputs,
             solve: found.map(|found| found.solve.clone()),
             lock: found.map(|found| Arc::clone(&found.lock)),
             last: Instant::now(),
@@ -179,7 +186,10 @@ impl Keeper {
             ))
         };
         if self.solve.is_none() {
-            let solve = Solve::of(&self.document, self.options.clone());
+            // Where no states were going to be kept the files are looked at late.
+            let now = || inputs_of(&self.document, &self.options.results());
+            let inputs = self.inputs.take().unwrap_or_else(now);
+            let solve = inputs.and_then(|inputs| Solve::of(&self.document, self.options.clone(), inputs));
             self.solve = Some(solve.map_err(|error| {
                 Failure::File(format!("a file that the scene names cannot be read: {error}"))
             })?);

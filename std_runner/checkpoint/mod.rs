@@ -14,7 +14,8 @@ mod solve;
 mod words;
 
 pub(crate) use every::{Every, parse};
-pub(crate) use keeper::{Begin, Keeper};
+pub(crate) use inputs::inputs_of;
+pub(crate) use keeper::{Begin, Inputs, Keeper};
 pub(crate) use needs::Needs;
 pub(crate) use open::{Found, damaged, is_there, make_way, open, read, refuse_states};
 pub(crate) use sealed::{Sealed, Unsealed};

@@ -1,6 +1,6 @@
 //! What a state belongs to: the scene and the options of its solve, whole enough to go on without the scene's file.
 
-use super::inputs::{Input, inputs_of};
+use super::inputs::Input;
 use crate::exit::Failure;
 use crate::scene::Document;
 use serde::{Deserialize, Serialize};
@@ -47,12 +47,17 @@ pub(crate) struct Options {
     pub reference: Earlier,
 }
 
+impl Options {
+    /// The files of earlier results that it reads.
+    pub fn results(&self) -> Vec<PathBuf> {
+        let earlier = [&self.from, &self.reference].into_iter().flatten();
+        earlier.map(|(_, folder, _)| folder.join("result.npz")).collect()
+    }
+}
+
 impl Solve {
-    /// The solve of `document`, whose files are what they are now.
-    pub fn of(document: &Document, options: Options) -> io::Result<Self> {
-        let earlier = [&options.from, &options.reference];
-        let results = earlier.into_iter().flatten();
-        let results: Vec<PathBuf> = results.map(|(_, folder, _)| folder.join("result.npz")).collect();
+    /// The solve of `document`, which began with these `inputs`.
+    pub fn of(document: &Document, options: Options, inputs: Vec<Input>) -> io::Result<Self> {
         Ok(Self {
             version: env!("CARGO_PKG_VERSION").into(),
             number: 0,
@@ -60,7 +65,7 @@ impl Solve {
             named_from: std::env::current_dir()?,
             text: document.text().into(),
             assignments: document.assignments().map(Into::into).collect(),
-            inputs: inputs_of(document, &results)?,
+            inputs,
             options: Options {
                 from: absolute(options.from)?,
                 reference: absolute(options.reference)?,

@@ -5,7 +5,7 @@ use super::inputs::{Inputs, set_emitters, set_obstacles};
 use crate::distance::relative_l2;
 use crate::exit::Failure;
 use crate::keyframes::{Canvas, Earlier, ShapeError};
-use crate::report::FrameRecord;
+use crate::report::{ARCHIVE, FrameRecord};
 use crate::scene::Scene;
 use serde_json::Value;
 use std::fs;
@@ -24,6 +24,11 @@ pub(crate) struct Origin {
 }
 
 impl Origin {
+    /// The file that it is read from.
+    pub fn arrays(&self) -> PathBuf {
+        self.folder.join(ARCHIVE)
+    }
+
     /// Hands the density and the velocity of the step to `solver`; what little of the density is negative becomes 0.
     /// Emitters are the scene's, all or those `among` them, and their steps count from there.
     pub fn begin<T: Real, S: Space>(

@@ -1,8 +1,11 @@
 //! The state of a solve as a checkpoint has it: what the runner remembers, and the solver's own.
 
+use super::earlier::Origin;
 use super::inputs::{set_obstacles, solver_refusal};
 use super::job::Job;
-use crate::checkpoint::{Begin, Found, Keeper, Needs, Options, Sealed, Unsealed, Words, damaged, read};
+use crate::checkpoint::{
+    Begin, Every, Found, Inputs, Keeper, Needs, Options, Sealed, Unsealed, Words, damaged, inputs_of, read,
+};
 use crate::destination::Destination;
 use crate::exit::Failure;
 use crate::progress::{Clock, Spent, Watch};
@@ -167,10 +170,21 @@ impl<'a> Reading<'a> {
 }
 
 impl Job {
-    /// What keeps the states of the solve, into `destination`.
-    pub fn keeper(&self, destination: &Destination) -> Result<Keeper, Failure> {
+    /// The files that the solve begins with, to be looked at before they are read, where states may be kept: it must not go on with others.
+    pub fn began_with(&self) -> Option<Inputs> {
+        let request = &self.request;
+        let may_be_kept = request.checkpoint != Every::Off && request.found.is_none();
+        let results = [&request.from, &request.reference].into_iter().flatten();
+        may_be_kept.then(|| {
+            let results: Vec<_> = results.map(Origin::arrays).collect();
+            inputs_of(&request.scene.document, &results)
+        })
+    }
+
+    /// What keeps the states of the solve, into `destination`, which `began_with` these files.
+    pub fn keeper(&self, destination: &Destination, began_with: Option<Inputs>) -> Result<Keeper, Failure> {
         let (request, planned) = (&self.request, &self.planned);
-        let origin = |origin: &super::Origin| (origin.option.to_owned(), origin.folder.clone(), origin.step);
+        let origin = |origin: &Origin| (origin.option.to_owned(), origin.folder.clone(), origin.step);
         let method = || planned.params.method;
         let result = self.result_bytes();
         let options = Options {
@@ -199,6 +213,7 @@ impl Job {
             match &request.found {
                 Some(found) => Begin::From(found),
                 None => Begin::Anew {
+                    inputs: began_with,
                     forced: request.forced,
                 },
             },

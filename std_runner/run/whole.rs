@@ -27,6 +27,7 @@ impl Job {
         block: &mut [MaybeUninit<u8>],
     ) -> Result<Solved, Failure> {
         let found = self.request.found.as_ref();
+        let began_with = self.began_with();
         let masses = match found {
             Some(_) => None,
             None => masses::of_a_free_flow::<T, S>(&self.request.scene, &self.planned, exec, block)?,
@@ -39,7 +40,7 @@ impl Job {
         };
         let files = report::files(self.planned.problem.steps, self.options.outputs.images);
         let mut destination = Destination::check(&self.request.folder, files)?;
-        let mut keeper = self.keeper(&destination)?;
+        let mut keeper = self.keeper(&destination, began_with)?;
         let mut watch = self.watch()?;
         messages::plan(&watch.display, &self.request.scene, &self.planned);
         inputs.notes.iter().for_each(|note| watch.display.file_note(note));

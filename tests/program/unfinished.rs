@@ -3,7 +3,7 @@
 
 use crate::checkpoints::{PLAIN, WINDOWS, arrays, command, ended, folder_with, killed};
 use crate::support::endless::Endless;
-use crate::support::{Ended, json};
+use crate::support::{Ended, json, npz};
 use std::fs;
 use std::path::Path;
 
@@ -163,34 +163,6 @@ fn what_was_interrupted_and_found_no_room_goes_on() {
     }
 }
 
-fn states(folder: &Path) -> usize {
-    let there = ["state.0", "state.1"].map(|slot| folder.join("out.checkpoint").join(slot).is_file());
-    there.into_iter().filter(|is_there| *is_there).count()
-}
-
-/// What is told of a damaged state is told to programs too.
-#[test]
-fn a_damaged_state_is_told_of_in_json() {
-    let folder = folder_with("damaged_json", PLAIN);
-    killed(&folder, &[&SOLVE[..], &["-o", "out"]].concat(), 6);
-    assert_eq!(states(&folder), 2);
-    let state = folder.join("out.checkpoint/state.0");
-    let bytes = fs::read(&state).unwrap();
-    fs::write(&state, &bytes[..bytes.len() / 2]).unwrap();
-    let on = ended(&folder, &["resume", "out", "--json"]);
-    assert!(is_well(&on), "{}", on.err);
-    let warned = on
-        .out
-        .lines()
-        .find(|line| line.contains("\"event\":\"warning\""))
-        .unwrap_or("");
-    assert!(
-        warned.contains("state.0 is not whole, so the other state is gone on from"),
-        "{}",
-        on.out
-    );
-}
-
 /// `--force` throws a state away when the new solve begins, not when it is refused.
 #[test]
 fn a_refused_solve_throws_no_state_away() {
@@ -226,6 +198,66 @@ fn a_refused_scene_leaves_no_folder_of_states() {
         );
         assert!(!folder.join("out.checkpoint").exists(), "{name}: left behind");
     }
+}
+
+/// Files are those that the solve began with, however late the first state is kept.
+#[test]
+fn an_input_that_changes_before_the_first_state_is_refused() {
+    let folder = folder_with("changed_early", PLAIN);
+    let source = folder.join("source.npy");
+    let solve = [
+        "solve",
+        "scene.toml",
+        "-o",
+        "out",
+        "--checkpoint",
+        "every=8",
+        "--json",
+    ];
+    let running = Endless::seen(
+        &mut command(&folder, &solve),
+        iterations(|number| {
+            if number == 2 {
+                fs::write(&source, npz::npy(&[24, 32], &[0.5; 24 * 32])).unwrap();
+            }
+            number == 12
+        }),
+    );
+    running.kill();
+    assert!(states(&folder) > 0);
+    refused(
+        &ended(&folder, &["resume", "out"]),
+        2,
+        &["source.npy was changed since"],
+    );
+}
+
+fn states(folder: &Path) -> usize {
+    let there = ["state.0", "state.1"].map(|slot| folder.join("out.checkpoint").join(slot).is_file());
+    there.into_iter().filter(|is_there| *is_there).count()
+}
+
+/// What is told of a damaged state is told to programs too.
+#[test]
+fn a_damaged_state_is_told_of_in_json() {
+    let folder = folder_with("damaged_json", PLAIN);
+    killed(&folder, &[&SOLVE[..], &["-o", "out"]].concat(), 6);
+    assert_eq!(states(&folder), 2);
+    let state = folder.join("out.checkpoint/state.0");
+    let bytes = fs::read(&state).unwrap();
+    fs::write(&state, &bytes[..bytes.len() / 2]).unwrap();
+    let on = ended(&folder, &["resume", "out", "--json"]);
+    assert!(is_well(&on), "{}", on.err);
+    let warned = on
+        .out
+        .lines()
+        .find(|line| line.contains("\"event\":\"warning\""))
+        .unwrap_or("");
+    assert!(
+        warned.contains("state.0 is not whole, so the other state is gone on from"),
+        "{}",
+        on.out
+    );
 }
 
 /// Who asked for states has their folder from the start.

@@ -28,13 +28,14 @@ impl Job {
         block: &mut [MaybeUninit<u8>],
     ) -> Result<Solved, Failure> {
         let windows = self.planned.windows();
+        let began_with = self.began_with();
         let files = report::files(self.planned.problem.steps, self.options.outputs.images);
         let mut destination = Destination::check(&self.request.folder, files)?;
         let masses = match self.request.found {
             Some(_) => None,
             None => ahead::look::<T, S>(self, exec, block, &destination)?,
         };
-        let mut keeper = self.keeper(&destination)?;
+        let mut keeper = self.keeper(&destination, began_with)?;
         let aside = match keeper.beside_states()? {
             Some(folder) => Aside::within(folder.to_owned()),
             None => destination.aside()?,
