@@ -42,14 +42,15 @@ impl Objective {
         }
     }
 
-    /// All terms of a flow in a checkpoint; who has an initial velocity to pay for saves none.
+    /// All terms in a checkpoint.
     ///
     /// # Errors
     /// [`Damaged`].
     pub fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
         record.real(&mut self.data)?;
         record.real(&mut self.force)?;
-        record.real(&mut self.plain)
+        record.real(&mut self.plain)?;
+        record.real(&mut self.initial)
     }
 
     /// J.

@@ -7,12 +7,16 @@
 //! Whoever has state passes over a list of it with a [`Record`]; the one list serves writing and reading, so that the two cannot
 //! drift apart. Scalars come before fields and are all checked before anything is changed.
 
+mod error;
 mod label;
 mod mix;
+mod resumable;
 
 pub use crate::memory::CHECK;
+pub use error::SavedError;
 pub use label::{FORMAT, HEAD, Label, MAGIC};
 pub use mix::Mix;
+pub use resumable::{Resumable, restore, restore_from, save, save_to};
 
 use crate::real::Real;
 use label::{CHECKSUM, LABEL, checksum, word_at};

@@ -47,6 +47,36 @@ impl<'p, 'm, T: Plain> Layout<'p, 'm, T> {
         Ok(())
     }
 
+    /// One buffer in the ledger, of which each of `places` gets `len` elements, a multiple of the alignment: a checkpoint keeps them all.
+    ///
+    /// # Errors
+    /// [`TooSmall`].
+    pub fn keep_each<'f>(
+        &mut self,
+        name: &'static str,
+        places: impl ExactSizeIterator<Item = &'f mut &'m mut [T]>,
+        len: usize,
+    ) -> Result<(), TooSmall>
+    where
+        'm: 'f,
+        T: 'm,
+    {
+        match &mut self.pass {
+            Pass::Carve(arena) => {
+                let mut rest = arena.take(name, places.len() * len)?;
+                for place in places {
+                    arena.keep::<T>(len);
+                    let (own, behind) = core::mem::take(&mut rest)
+                        .split_at_mut_checked(len)
+                        .unwrap_or_default();
+                    (*place, rest) = (own, behind);
+                }
+            }
+            Pass::Kept(visit) => places.for_each(|place| visit(place)),
+        }
+        Ok(())
+    }
+
     /// A vector field that a checkpoint keeps, `len` elements for each of `dims` axes.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! The way back: a step, and all of them.
 
-use super::fields::Places;
+use super::fields::{Places, Room};
 use super::states::flow;
 use super::{Ask, Given, Input, Operator, OperatorError, Phase, Show, View};
 use crate::exec::Exec;
@@ -87,18 +87,9 @@ impl<T: Real, S: Space> Operator<'_, T, S> {
 
     /// Adds the covectors of step `step`.
     fn ask(&mut self, cotangent: &mut Ask<'_, T>, step: usize) -> Result<(), OperatorError> {
-        let mut given = Given {
-            places: Places::Faces(&self.levels.finest),
-            density: self.mu,
-            vector: reborrow(&mut self.covector),
-            unit: self.setup.velocity_unit,
-            refused: None,
-        };
-        cotangent(step, &mut given);
-        match given.refused {
-            Some(error) => Err(Input::Cotangent { step }.refused()(error)),
-            None => Ok(()),
-        }
+        let (room, covector) = (Room::Faces(&self.levels.finest), reborrow(&mut self.covector));
+        let given = Given::new(room, self.mu, covector, self.setup.velocity_unit);
+        given.ask(cotangent, step, Input::Cotangent { step })
     }
 
     /// Takes step `step` back, of which the states before and after are at hand: the covectors of that after become those of that before.

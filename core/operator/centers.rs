@@ -1,6 +1,6 @@
 //! Stable Fluids as an operator: everything at the centres of cells, covectors from the last state to that at the start.
 
-use super::fields::Places;
+use super::fields::{Places, Room};
 use super::{Ask, Given, Input, OperatorError, Show, Simulator, Start, View};
 use crate::exec::Exec;
 use crate::field::{VectorMut, reborrow};
@@ -46,17 +46,13 @@ fn push<T: Real>(
     refused: &Cell<Option<OperatorError>>,
     (step, cells, force): (usize, &Cells, &mut VectorMut<'_, T>),
 ) {
-    let mut given = Given {
-        places: Places::Plain(cells),
-        density: &mut [],
-        vector: reborrow(force),
-        unit,
-        refused: None,
-    };
-    ask(step, &mut given);
-    if let Some(error) = given.refused {
-        refused.set(refused.get().or(Some(Input::Force { step }.refused()(error))));
-    }
+    let given = Given::new(Room::Plain(cells), &mut [], reborrow(force), unit);
+    first(refused, given.ask(ask, step, Input::Force { step }));
+}
+
+/// Remembers the first refusal.
+fn first(refused: &Cell<Option<OperatorError>>, asked: Result<(), OperatorError>) {
+    refused.set(refused.get().or(asked.err()));
 }
 
 /// The state of a moment.
@@ -156,17 +152,8 @@ impl<T: Real, S: Space> Simulator<T> for Fluids<'_, T, S> {
             push(force, 1.0 / units.force, refused, (step, cells, out));
         };
         let mut covectors = |step: usize, cells: &Cells, density: &mut [T], v: &mut VectorMut<'_, T>| {
-            let mut given = Given {
-                places: Places::Padded(cells),
-                density,
-                vector: reborrow(v),
-                unit: units.velocity,
-                refused: None,
-            };
-            cotangent(step, &mut given);
-            if let Some(error) = given.refused {
-                refused.set(refused.get().or(Some(Input::Cotangent { step }.refused()(error))));
-            }
+            let given = Given::new(Room::Padded(cells), density, reborrow(v), units.velocity);
+            first(refused, given.ask(cotangent, step, Input::Cotangent { step }));
         };
         let done = self.take_back(
             exec,

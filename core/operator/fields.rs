@@ -1,14 +1,15 @@
 //! What an operator is given at a step, and what it shows there: a density at cells and a vector field at faces, without copies.
 
+use super::error::{Input, OperatorError};
 use crate::field::{Vector, VectorMut, rows};
 use crate::grid::Grid;
 use crate::real::Real;
 use crate::solver::{FileLayout, InputError, Strided, finite};
 use crate::stable_fluids::cells::Cells;
 
-/// Where the numbers of a step live, and how they lie.
+/// Where what is given for a step is added, and how that lies.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Places<'a> {
+pub(super) enum Room<'a> {
     /// Densities at cells, components at the faces across their axis.
     Faces(&'a Grid),
     /// All at the centres of cells, with a layer of ghosts.
@@ -17,7 +18,7 @@ pub(super) enum Places<'a> {
     Plain(&'a Cells),
 }
 
-impl Places<'_> {
+impl Room<'_> {
     fn dims(&self) -> usize {
         match self {
             Self::Faces(grid) => grid.dims,
@@ -50,7 +51,18 @@ impl Places<'_> {
         }
         Ok(())
     }
+}
 
+/// Where what is shown of a step lies, and how.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Places<'a> {
+    /// Densities at cells, components at the faces across their axis.
+    Faces(&'a Grid),
+    /// All at the centres of cells, with a layer of ghosts.
+    Padded(&'a Cells),
+}
+
+impl Places<'_> {
     /// Copies a field of cells, or component `axis`, times `unit`.
     fn read<T: Real>(self, axis: Option<usize>, field: &[T], unit: f64, out: &mut [T]) {
         match self {
@@ -63,45 +75,59 @@ impl Places<'_> {
                 cells.pack(field, out);
                 rows::scale_in_place(out, T::from_f64(unit));
             }
-            Self::Plain(_) => rows::scale(out, T::from_f64(unit), rows::part(field, 0..out.len())),
         }
     }
 
     /// A field of cells, or component `axis`, as it lies in memory.
     fn lies<'f, T>(self, axis: Option<usize>, field: &'f [T], unit: f64) -> Strided<'f, T> {
-        let centers = |cells: &Cells, first: usize, strides: [usize; 3]| Strided {
-            numbers: field.get(first..).unwrap_or(&[]),
-            extent: cells.n,
-            strides,
-            unit,
-        };
         match self {
             Self::Faces(grid) => Strided::slot(grid, field, [1, 0], unit, axis),
-            Self::Padded(cells) => centers(cells, cells.row(0).start, cells.stride),
-            Self::Plain(cells) => centers(cells, 0, [1, cells.n[0], cells.n[0] * cells.n[1]]),
+            Self::Padded(cells) => Strided {
+                numbers: field.get(cells.row(0).start..).unwrap_or(&[]),
+                extent: cells.n,
+                strides: cells.stride,
+                unit,
+            },
         }
     }
 }
 
 /// Where a caller adds what it has for a step: a force, or covectors of density and velocity. What it does not add is 0.
 pub struct Given<'a, T> {
-    pub(super) places: Places<'a>,
+    room: Room<'a>,
     /// Empty where no density is asked for.
-    pub(super) density: &'a mut [T],
-    pub(super) vector: VectorMut<'a, T>,
+    density: &'a mut [T],
+    vector: VectorMut<'a, T>,
     /// What the vector field is multiplied by.
-    pub(super) unit: f64,
+    unit: f64,
     /// The first that was refused.
-    pub(super) refused: Option<InputError>,
+    refused: Option<InputError>,
 }
 
-impl<T: Real> Given<'_, T> {
+impl<'a, T: Real> Given<'a, T> {
+    /// Room for a density, which is empty where none is asked for, and for a vector field that is multiplied by `unit`.
+    pub(super) fn new(room: Room<'a>, density: &'a mut [T], vector: VectorMut<'a, T>, unit: f64) -> Self {
+        Self {
+            room,
+            density,
+            vector,
+            unit,
+            refused: None,
+        }
+    }
+
+    /// Asks for `what` of a step.
+    pub(super) fn ask(mut self, ask: &mut Ask<'_, T>, step: usize, what: Input) -> Result<(), OperatorError> {
+        ask(step, &mut self);
+        self.refused.map_or(Ok(()), |error| Err(what.refused()(error)))
+    }
+
     /// Adds a field of cells, x fastest.
     pub fn density(&mut self, cells: &[T]) {
         let done = if self.density.is_empty() {
             Err(InputError::Index { given: 0, count: 0 })
         } else {
-            self.places.add(None, cells, 1.0, self.density)
+            self.room.add(None, cells, 1.0, self.density)
         };
         self.keep(done);
     }
@@ -109,9 +135,9 @@ impl<T: Real> Given<'_, T> {
     /// Adds component `axis`, in the scene's units and the layout of a file: one more face than cells along an axis between walls, of Stable
     /// Fluids one number a cell. What it has on walls counts for nothing.
     pub fn vector(&mut self, axis: usize, faces: &[T]) {
-        let count = self.places.dims();
+        let count = self.room.dims();
         let done = match self.vector.get_mut(axis) {
-            Some(field) if axis < count => self.places.add(Some(axis), faces, self.unit, field),
+            Some(field) if axis < count => self.room.add(Some(axis), faces, self.unit, field),
             _ => Err(InputError::Index { given: axis, count }),
         };
         self.keep(done);

@@ -1,6 +1,6 @@
 //! The way forward: a step, and all of them.
 
-use super::fields::Places;
+use super::fields::{Places, Room};
 use super::states::flow;
 use super::{Ask, Given, Input, Operator, OperatorError, Phase, Show, Start, View};
 use crate::exec::Exec;
@@ -191,16 +191,10 @@ impl<T: Real, S: Space> Operator<'_, T, S> {
     fn push(&mut self, exec: &dyn Exec, force: &mut Ask<'_, T>, step: usize) -> Result<(), OperatorError> {
         let mut out = core::mem::take(&mut self.force);
         slot::clear(exec, self.grid(), &mut out, 0);
-        let mut given = Given {
-            places: Places::Faces(self.grid()),
-            density: &mut [],
-            vector: reborrow(&mut out),
-            unit: 1.0 / self.setup.force_unit,
-            refused: None,
-        };
-        force(step, &mut given);
-        let refused = given.refused;
-        if refused.is_none() {
+        let room = Room::Faces(self.grid());
+        let given = Given::new(room, &mut [], reborrow(&mut out), 1.0 / self.setup.force_unit);
+        let asked = given.ask(force, step, Input::Force { step });
+        if asked.is_ok() {
             for placed in self.placed(step) {
                 let amplitude = placed.template.amplitude;
                 placed.add(exec, &|_| amplitude, self.rho, (0..1, 0), &mut out);
@@ -211,10 +205,7 @@ impl<T: Real, S: Space> Operator<'_, T, S> {
                 .add(exec, [1.0, -1.0], step, Slot::only(view(v)), (&mut out, 0));
         }
         self.force = out;
-        match refused {
-            Some(error) => Err(Input::Force { step }.refused()(error)),
-            None => Ok(()),
-        }
+        asked
     }
 
     /// The templates that act in `step`, in fields of that step alone.

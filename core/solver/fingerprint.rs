@@ -9,14 +9,20 @@ use crate::real::Real;
 
 /// All that the bits of a step follow from, but for the densities, in one word.
 pub fn fingerprint<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> u64 {
-    let mut mix = Mix::new();
-    mix.word(T::BYTES as u64);
-    mix.word(S::DIM as u64);
-    mix_problem(&mut mix, problem);
+    let mut mix = of_problem::<T, S>(problem);
     // Threads and ceiling change no bit but by the choices that they come to; iterations only say when to stop.
     mix.word(params.method as u64);
     registry::mix::<T, S>(params, &mut mix);
     mix.finish()
+}
+
+/// Precision, dimension and problem; the choices of whoever solves it are mixed in next.
+pub fn of_problem<T: Real, S: Space>(problem: &Problem<'_>) -> Mix {
+    let mut mix = Mix::new();
+    mix.word(T::BYTES as u64);
+    mix.word(S::DIM as u64);
+    mix_problem(&mut mix, problem);
+    mix
 }
 
 fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {

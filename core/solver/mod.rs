@@ -16,10 +16,12 @@ mod smoke;
 mod templates;
 mod window;
 
+pub use crate::checkpoint::SavedError;
 pub use crate::method::params::{MAX_ITERATIONS, MAX_THREADS, Method, Params};
 pub use crate::method::refusal::PlanError;
 pub(crate) use block::block;
-pub use errors::{InputError, SavedError, SolverError};
+pub use errors::{InputError, SolverError};
+pub(crate) use fingerprint::of_problem;
 pub(crate) use inputs::{check as check_density, check_solids, put_solids};
 pub use layout::Strided;
 pub(crate) use layout::{FileLayout, finite};

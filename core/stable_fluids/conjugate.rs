@@ -38,7 +38,7 @@ impl Frame<'_> {
     }
 
     /// <x, y> over cells.
-    fn dot<T: Real>(&mut self, exec: &dyn Exec, x: &[T], y: &[T]) -> f64 {
+    pub fn dot<T: Real>(&mut self, exec: &dyn Exec, x: &[T], y: &[T]) -> f64 {
         self.total(exec, |span, _| {
             crate::field::rows::dot(part(x, span.clone()), part(y, span))
         })

@@ -3,11 +3,12 @@
 use super::cells::Cells;
 use super::conjugate::Stopping;
 use super::fields::{self, Flow, Physics, pitch};
-use super::params::{Adjoint, FluidsParams, Pressure, Slots};
+use super::params::{Adjoint, FluidsParams, Pressure};
 use super::project::Solve;
+use super::slots::Slots;
 use super::template::{SUMS, Shape};
 use super::unknowns::Unknowns;
-use super::{Fluids, Search};
+use super::{Fluids, Search, saved};
 use crate::grid::{Boundary, Grid, Space};
 use crate::memory::{Layout, TooSmall};
 use crate::operators::blur::{along_len, widest};
@@ -107,6 +108,8 @@ impl<'m, T: Real, S: Space> Fluids<'m, T, S> {
             begun: false,
             iteration: 0,
             objective: Objective::default(),
+            fingerprint: saved::fingerprint::<T, S>(problem, params),
+            saved_bytes: 0,
             space: PhantomData,
         }
     }
@@ -135,24 +138,12 @@ impl<'m, T: Real, S: Space> Fluids<'m, T, S> {
         let (dims, plain, padded) = (cells.dims, pitch::<T>(cells.count()), pitch::<T>(cells.padded));
         let unknowns = pitch::<T>(self.unknowns.total());
         let searched = !self.params.controls.is_empty();
-        layout.work("unknowns", &mut self.z, unknowns)?;
-        let fields = if searched {
-            fields_of(self.params.history)
-        } else {
-            0
-        };
-        let all = &mut self.fields;
-        layout.tables(|arena| {
-            let mut taken =
-                Some(arena.take::<T>("gradient, direction and pairs of unknowns", fields * unknowns)?);
-            for field in all.iter_mut() {
-                let rest = taken.take().unwrap_or_default();
-                let (own, rest) = rest.split_at_mut_checked(unknowns).unwrap_or_default();
-                *field = [own, &mut [], &mut []];
-                taken = Some(rest);
-            }
-            Ok(())
-        })?;
+        layout.keep("unknowns", &mut self.z, unknowns)?;
+        layout.keep_each(
+            "gradient, direction and pairs of unknowns",
+            self.fields.iter_mut().map(|[field, ..]| field),
+            if searched { unknowns } else { 0 },
+        )?;
         let (count, len) = (self.kept_count(), self.kept_len());
         let name = match self.params.slots {
             Slots::Tape => "what the adjoint reads of every step",
@@ -182,14 +173,14 @@ impl<'m, T: Real, S: Space> Fluids<'m, T, S> {
             2 * iterations * plain,
         )?;
         layout.work("their factors", scalars, 3 * iterations)?;
-        layout.work("source", &mut self.source, plain)?;
-        layout.work("keyframes", &mut self.keyframes, self.keys * plain)?;
+        layout.keep("source", &mut self.source, plain)?;
+        layout.keep("keyframes", &mut self.keyframes, self.keys * plain)?;
         let [e, image] = &mut self.metric;
         layout.work("error of a keyframe", e, plain)?;
         layout.work("its image in the metric", image, plain)?;
         layout.work_vector("force of a step", &mut self.flow.force, dims, cells.count())?;
         if self.params.initial_velocity {
-            layout.work_vector("velocity at the start", &mut self.initial, dims, cells.count())?;
+            layout.keep_vector("velocity at the start", &mut self.initial, dims, cells.count())?;
         }
         self.small(layout)
     }

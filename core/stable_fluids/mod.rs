@@ -14,8 +14,8 @@
 //! | `flow`, `kept`, `march` | a step, forward and backward; what is kept of it; all steps, by a tape or by states that are kept |
 //! | `unknowns`, `template`, `script` | what is searched for, winds and vortices, the objective |
 //! | `operator` | the simulation by given forces, and its steps taken back, for [`operator`](crate::operator) |
-//! | `search`, `steer` | the objective for L-BFGS, and the search |
-//! | `params`, `plan`, `layout` | what is chosen, and the memory that it takes |
+//! | `search`, `steer`, `saved` | the objective for L-BFGS, the search, and its state as plain bytes |
+//! | `params`, `slots`, `plan`, `layout` | what is chosen, and the memory that it takes |
 
 pub mod advect;
 pub mod advect_back;
@@ -36,17 +36,20 @@ mod plan;
 pub mod project;
 pub mod relax;
 pub mod results;
+mod saved;
 pub mod script;
 pub mod search;
 pub mod skew;
+mod slots;
 mod steer;
 pub mod sweeps;
 pub mod template;
 pub mod unknowns;
 
-pub use params::{Adjoint, Control, Controls, FluidsParams, NAME, Pressure, Slots};
+pub use params::{Adjoint, Control, Controls, FluidsParams, NAME, Pressure};
 pub use plan::FluidsPlan;
 pub use results::{FoundTemplate, Moment};
+pub use slots::Slots;
 
 use crate::field::VectorMut;
 use crate::grid::{Grid, Space};
@@ -106,6 +109,8 @@ pub struct Fluids<'m, T, S> {
     begun: bool,
     iteration: usize,
     objective: Objective,
+    fingerprint: u64,
+    saved_bytes: usize,
     space: PhantomData<S>,
 }
 
@@ -128,6 +133,7 @@ impl<'m, T: Real, S: Space> Fluids<'m, T, S> {
         carved.map_err(|TooSmall { .. }| short)?;
         debug_assert_eq!(arena.left(), 0, "planned and carved bytes differ");
         fluids.fill(problem);
+        fluids.saved_bytes = plan.saved_bytes();
         Ok(fluids)
     }
 

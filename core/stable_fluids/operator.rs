@@ -2,10 +2,11 @@
 
 use super::Fluids;
 use super::cells::Cells;
+use super::conjugate::Frame;
 use super::flow::Seen;
 use super::march::{March, Script};
-use super::params::Slots;
 use super::results::Moment;
+use super::slots::Slots;
 use crate::exec::Exec;
 use crate::field::{Vector, VectorMut, rows, view};
 use crate::grid::{Grid, Space};
@@ -64,11 +65,16 @@ impl<T: Real> Script<T> for Given<'_, T> {
 
     fn see(&mut self, _: &dyn Exec, _: usize, _: Seen<'_, T>) {}
 
-    fn add_adjoint(&mut self, _: &dyn Exec, step: usize, mut seen: Seen<'_, T>) {
+    fn add_adjoint(&mut self, exec: &dyn Exec, step: usize, mut seen: Seen<'_, T>) {
         // Before covectors are added the adjoint is that of the force of the step that begins here.
-        let adjoint = view(&seen.v_adjoint);
+        let (adjoint, grid) = (view(&seen.v_adjoint), seen.cells.grid());
+        let mut frame = Frame {
+            cells: seen.cells,
+            grid: &grid,
+            sums: &mut *seen.sums,
+        };
         for (out, adjoint) in self.of_buoyancy.iter_mut().zip(adjoint).take(seen.cells.dims) {
-            *out += seen.cells.dot(adjoint, seen.rho);
+            *out += frame.dot(exec, adjoint, seen.rho);
         }
         (self.covectors)(step, seen.cells, seen.rho_adjoint, &mut seen.v_adjoint);
     }

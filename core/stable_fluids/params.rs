@@ -1,5 +1,6 @@
 //! What a caller chooses for Stable Fluids.
 
+use super::slots::Slots;
 use crate::method::choices::{Choices, Kind, Numbers, choices};
 use crate::method::refusal::{PlanError, count};
 use crate::optimise::quasi_newton::recursion::MAX_PAIRS;
@@ -96,37 +97,6 @@ impl Controls {
     #[must_use]
     pub const fn is_empty(self) -> bool {
         matches!(self, Self([false, false, false]))
-    }
-}
-
-/// What is kept of a simulation for the way back.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Slots {
-    /// Nothing: the flow alone, without gradients.
-    #[default]
-    None,
-    /// All that the adjoint reads of every step.
-    Tape,
-    /// The states of so many steps, that at the start counted.
-    States(usize),
-}
-
-impl Slots {
-    /// How many states.
-    pub fn states(self) -> usize {
-        match self {
-            Self::States(states) => states,
-            Self::None | Self::Tape => 0,
-        }
-    }
-
-    /// Steps that a gradient repeats beside those that it runs once more to take them back.
-    #[must_use]
-    pub fn repeated_steps(self, steps: usize) -> usize {
-        match self {
-            Self::None | Self::Tape => 0,
-            Self::States(slots) => crate::reversal::repeated_steps(steps, slots),
-        }
     }
 }
 

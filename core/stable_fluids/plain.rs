@@ -5,16 +5,6 @@ use crate::field::rows;
 use crate::real::Real;
 
 impl Cells {
-    /// The inner product of two padded fields, without their ghosts.
-    #[must_use]
-    pub fn dot<T: Real>(&self, one: &[T], other: &[T]) -> f64 {
-        let row = |field| move |row| rows::part(field, self.row(row));
-        let pairs = (0..self.rows())
-            .map(row(one))
-            .zip((0..self.rows()).map(row(other)));
-        pairs.map(|(one, other)| rows::dot(one, other)).sum()
-    }
-
     /// Adds a field without ghosts times `unit` to a padded one.
     pub fn add<T: Real>(&self, given: &[T], unit: f64, field: &mut [T]) {
         let given = given.chunks_exact(self.n[0].max(1));

@@ -1,6 +1,7 @@
 //! How many bytes a simulation and its control need.
 
 use super::{Fluids, FluidsParams, Slots};
+use crate::checkpoint;
 use crate::grid::Space;
 use crate::memory::{ALIGN, Arena, Entry, Layout, Ledger, Sharing};
 use crate::method::refusal::PlanError;
@@ -15,6 +16,7 @@ const NUMBERS: u128 = 4096;
 pub struct FluidsPlan {
     ledger: Ledger,
     bytes: usize,
+    saved_bytes: usize,
 }
 
 impl FluidsPlan {
@@ -45,8 +47,12 @@ impl FluidsPlan {
             // An arena that measures is never too small.
             let _ = fluids.layout(&mut Layout::carve(&mut arena));
         });
-        let bytes = ledger.bytes().ok_or(PlanError::TooLarge)?;
-        Ok(Self { ledger, bytes })
+        let kept = ledger.kept().and_then(|kept| kept.checked_add(checkpoint::HEAD));
+        Ok(Self {
+            bytes: ledger.bytes().ok_or(PlanError::TooLarge)?,
+            saved_bytes: kept.ok_or(PlanError::TooLarge)?,
+            ledger,
+        })
     }
 
     /// The choices with the most of the way back kept that a ceiling allows: all that the adjoint reads, or as many states as fit, one at
@@ -107,6 +113,12 @@ impl FluidsPlan {
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.bytes
+    }
+
+    /// Bytes of a checkpoint: see [`Fluids::save`].
+    #[must_use]
+    pub fn saved_bytes(&self) -> usize {
+        self.saved_bytes
     }
 
     /// The ledger, groups before their children.

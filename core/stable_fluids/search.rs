@@ -3,8 +3,8 @@
 use super::fields::Flow;
 use super::given::Given;
 use super::march::March;
-use super::params::Slots;
 use super::script::{Pricing, Work};
+use super::slots::Slots;
 use crate::exec::Exec;
 use crate::field::trajectory::Shape;
 use crate::field::{rows, sums, view};

@@ -156,6 +156,9 @@ fn choices_with_state_of_their_own_go_on() {
     let mut long = by(Method::Direct, Scene::small(&[16, 16], "ww", 4));
     (long.params.iterations, long.params.direct.tolerance) = (12, 1e-12);
     goes_on::<f32, D2>(&long);
+    // As many pairs as there may be: the head has room for them.
+    long.params.direct.history = Some(8);
+    goes_on::<f32, D2>(&long);
     long.params.method = Method::Lbfgs;
     (long.params.lbfgs.history, long.params.lbfgs.tolerance) = (Some(2), 1e-12);
     goes_on::<f64, D2>(&long);

@@ -176,8 +176,8 @@ fn bytes_of_another_solve_are_refused() {
 }
 
 /// Passes so many pieces on and then refuses.
-struct Short<'a> {
-    bytes: Vec<u8>,
+pub struct Short<'a> {
+    pub bytes: Vec<u8>,
     from: &'a [u8],
     left: usize,
 }
@@ -191,7 +191,7 @@ impl Short<'_> {
 
 impl Sink for Short<'_> {
     fn put(&mut self, bytes: &[u8]) -> Result<(), Refused> {
-        assert!(bytes.len() <= HEAD, "more than a kilobyte at once");
+        assert!(bytes.len() <= HEAD, "more than a head at once");
         self.may()?;
         self.bytes.extend_from_slice(bytes);
         Ok(())
@@ -200,13 +200,13 @@ impl Sink for Short<'_> {
 
 impl Source for Short<'_> {
     fn take(&mut self, bytes: &mut [u8]) -> Result<(), Refused> {
-        assert!(bytes.len() <= HEAD, "more than a kilobyte at once");
+        assert!(bytes.len() <= HEAD, "more than a head at once");
         self.may()?;
         self.from.take(bytes)
     }
 }
 
-fn pieces(from: &[u8], left: usize) -> Short<'_> {
+pub fn pieces(from: &[u8], left: usize) -> Short<'_> {
     Short {
         bytes: Vec::new(),
         from,

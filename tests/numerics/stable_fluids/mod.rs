@@ -7,4 +7,5 @@ mod memory;
 mod operator;
 mod reference;
 mod refusals;
+mod saved;
 mod solves;
