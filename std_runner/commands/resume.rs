@@ -9,9 +9,10 @@ use crate::problem::Precision;
 use crate::progress::{Clock, Mode};
 use crate::run::{Origin, Outputs, Request, RunOptions};
 use crate::scene::{Document, Scene};
+use crate::solves;
 use clap::Args;
 use std::path::{Path, PathBuf};
-use thurible_core::{Method, Named};
+use thurible_core::{Method, Named, stable_fluids};
 
 /// Arguments of `resume`.
 #[derive(Args, Debug)]
@@ -109,15 +110,18 @@ pub(super) fn go_on(found: Found, on: On<'_>) -> Result<u8, Failure> {
         found: Some(found),
         ..request
     };
-    Ok(options.solve(request)?.exit_code())
+    Ok(solves::solve(&options, request)?.exit_code())
 }
 
 fn scene_of(document: Document, found: &Found) -> Result<Scene, Failure> {
     let Some(method) = &found.solve.options.free else {
         return Scene::of(document);
     };
-    let method = Method::from_name(method).map_err(|_| checkpoint::damaged(&found.slot))?;
     let mut scene = Scene::free_of(document)?;
-    scene.method.params.method = method;
+    scene.method.fluids.chosen = method == stable_fluids::NAME;
+    if !scene.method.fluids.chosen {
+        let method = Method::from_name(method).map_err(|_| checkpoint::damaged(&found.slot))?;
+        scene.method.params.method = method;
+    }
     Ok(scene)
 }

@@ -115,7 +115,7 @@ fn run<S: Space>(
     });
     let kept = Kept {
         bytes: planned.plan.bytes(),
-        slots: planned.slots(),
+        slots: planned.params.slots.states(),
         repeated,
     };
     let mut table = Table::new(value, along.collect(), kept);

@@ -7,6 +7,7 @@ use crate::scene::Scene;
 use thurible_core::{Fluids, Real, Space};
 
 /// What came of the inputs.
+#[derive(Default)]
 pub(super) struct Inputs {
     /// By how much each keyframe was scaled to the mass of the source, for every step that it stands at.
     pub mass_factors: Vec<f64>,

@@ -1,11 +1,11 @@
-//! A planned run in its block of memory: search, write, report.
+//! A planned run in its block of memory: set up or gone on with, written, reported.
 
-use super::inputs;
+use super::inputs::{self, Inputs};
 use super::plan::Planned;
 use super::record::{self, Known};
 use super::written;
 use crate::bytes::{grouped, rounded};
-use crate::checkpoint::make_way;
+use crate::checkpoint::{Inputs as Files, Keeper, Words};
 use crate::destination::Destination;
 use crate::exit::Failure;
 use crate::output::{Sample, Store};
@@ -13,10 +13,11 @@ use crate::plan::size_in_words;
 use crate::problem::Precision;
 use crate::progress::{Display, Watch};
 use crate::region::{Region, touch};
-use crate::report;
+use crate::report::{self, RunRecord};
 use crate::run::inputs::solver_refusal;
 use crate::run::job::Solved;
-use crate::run::messages::{no_memory, not_finite};
+use crate::run::messages::{self, no_memory, not_finite};
+use crate::run::saved::{self, Ended, Keeping, Progressed, Reading};
 use crate::run::{Outcome, Request, RunOptions};
 use crate::threads;
 use core::mem::MaybeUninit;
@@ -69,10 +70,10 @@ impl Job {
 }
 
 /// What a run is made of, its block aside.
-struct Run {
+pub(super) struct Run {
     options: RunOptions,
     request: Request,
-    planned: Planned,
+    pub planned: Planned,
     footprint: usize,
 }
 
@@ -95,43 +96,104 @@ impl Run {
         let problem = self.planned.problem.problem();
         let mut fluids = Fluids::<T, S>::new(&problem, &self.planned.params, block)
             .map_err(|error| solver_refusal(&error))?;
-        let inputs = inputs::set(scene, &mut fluids)?;
+        let began_with = self.request.began_with();
+        let reading = self.request.found.as_ref().map(Reading::new).transpose()?;
+        let inputs = match &reading {
+            Some(_) => Inputs::default(),
+            None => inputs::set(scene, &mut fluids)?,
+        };
         let files = report::files(self.planned.problem.steps, self.options.outputs.images);
         let mut destination = Destination::check(&self.request.folder, files)?;
-        make_way(destination.folder(), self.request.forced)?;
-        let mut store = Store::new(&destination)?;
+        let mut keeper = self.keeper(&destination, began_with)?;
+        let store = Store::new(&destination)?;
         let mut watch = self.watch()?;
         self.announce(&watch.display);
         inputs.notes.iter().for_each(|note| watch.display.file_note(note));
-        watch.clock.begin();
-        let ended = if self.planned.params.controls.is_empty() {
-            Status::Converged
-        } else {
-            search(&mut fluids, exec, &mut watch)
+        let mut so_far = Progressed {
+            mass_factors: inputs.mass_factors,
+            ended: None,
         };
+        match reading {
+            Some(mut reading) => {
+                reading.remember(&mut so_far, &mut watch)?;
+                reading.restore(&mut fluids)?;
+                messages::goes_on(&watch.display, reading.folder(), &watch);
+            }
+            None => watch.clock.begin(),
+        }
+        let ended = self.search(exec, &mut fluids, &mut so_far, (&mut watch, &mut keeper));
         watch.clock.solved();
         if ended == Status::NotFinite && watch.history.is_empty() {
             watch.display.close();
+            keeper.forget();
             return Err(not_finite(scene));
         }
+        // What was cut off goes on.
+        so_far.ended = (ended != Status::Cancelled).then_some(Ended(ended));
+        let mut words = Words::default();
+        let remembered = so_far.record(&mut words, &mut watch);
+        let written = self.write(
+            exec,
+            &mut fluids,
+            (&so_far.mass_factors, ended),
+            &mut watch,
+            (store, &mut destination),
+        );
+        match written {
+            Ok(record) => Ok(Solved {
+                destination,
+                record,
+                watch,
+                keeper: Some(keeper),
+            }),
+            Err(failure) => {
+                watch.display.close();
+                let how = (ended == Status::Cancelled, true);
+                let kept = remembered
+                    .ok()
+                    .and_then(|()| keeper.keep_end(how, &words, &mut |file| saved::write(&mut fluids, file)));
+                Err(messages::unwritten(failure, kept.as_deref()))
+            }
+        }
+    }
+
+    /// Writes the result, by one run forward, and its record.
+    fn write<T: Real + Sample, S: Space>(
+        &self,
+        exec: &dyn Exec,
+        fluids: &mut Fluids<'_, T, S>,
+        (mass_factors, ended): (&[f64], Status),
+        watch: &mut Watch,
+        (mut store, destination): (Store, &mut Destination),
+    ) -> Result<RunRecord, Failure> {
         watch.display.detail(format_args!("writing the result"));
-        let seen = written::write(&mut fluids, exec, scene, &inputs.mass_factors, &mut store)?;
+        let scene = &self.request.scene;
+        let seen = written::write(fluids, exec, scene, mass_factors, &mut store)?;
         watch.clock.finished();
         let known = Known {
             scene,
             planned: &self.planned,
             footprint: self.footprint,
-            mass_factors: &inputs.mass_factors,
+            mass_factors,
             folder: destination.folder(),
         };
-        let record = record::of(&known, &mut fluids, exec, &seen, ended, &mut watch);
+        let record = record::of(&known, fluids, exec, &seen, ended, watch);
         destination.fill(|folder| written::pack(&store, folder, &record, T::PRECISION))?;
-        Ok(Solved {
-            destination,
-            record,
-            watch,
-            keeper: None,
-        })
+        Ok(record)
+    }
+
+    /// What keeps the states of the search, into `destination`. What is kept for the way back changes no bit, so that a state knows no ceiling.
+    fn keeper(&self, destination: &Destination, began_with: Option<Files>) -> Result<Keeper, Failure> {
+        let planned = &self.planned;
+        let keeping = Keeping {
+            method: NAME,
+            problem: &planned.problem,
+            precision: planned.precision,
+            ceiling: None,
+            grows: false,
+            state: planned.plan.saved_bytes(),
+        };
+        keeping.keeper(&self.request, &self.options, destination, began_with)
     }
 
     fn watch(&self) -> Result<Watch, Failure> {
@@ -143,7 +205,7 @@ impl Run {
     fn announce(&self, display: &Display) {
         let planned = &self.planned;
         display.event("plan", planned.fields());
-        let kept = match planned.slots() {
+        let kept = match planned.params.slots.states() {
             0 => String::new(),
             slots => format!(", {slots} states kept, {} steps repeated", planned.repeated()),
         };
@@ -157,18 +219,5 @@ impl Run {
             planned.precision.name(),
             planned.params.threads
         ));
-    }
-}
-
-/// Iterates to the end, and records what is heard of it.
-fn search<T: Real, S: Space>(fluids: &mut Fluids<'_, T, S>, exec: &dyn Exec, watch: &mut Watch) -> Status {
-    loop {
-        let progress = fluids.step(exec, watch);
-        if !matches!(progress.status, Some(Status::Cancelled | Status::NotFinite)) {
-            watch.iteration(&progress);
-        }
-        if let Some(status) = progress.status {
-            return status;
-        }
     }
 }

@@ -4,7 +4,9 @@ mod checked;
 mod inputs;
 mod job;
 mod plan;
+mod played;
 mod record;
+mod search;
 mod written;
 
 pub(crate) use checked::check as check_gradient;

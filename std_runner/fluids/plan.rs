@@ -28,14 +28,6 @@ impl Planned {
         self.params.slots.repeated_steps(self.problem.steps)
     }
 
-    /// How many states are kept; 0 where all is that the adjoint reads.
-    pub fn slots(&self) -> usize {
-        match self.params.slots {
-            Slots::States(slots) => slots,
-            Slots::None | Slots::Tape => 0,
-        }
-    }
-
     /// The plan as JSON.
     pub fn fields(&self) -> Value {
         let ledger: Vec<Value> = self
@@ -45,7 +37,7 @@ impl Planned {
             .map(|entry| json!({ "name": entry.name, "bytes": entry.bytes, "depth": entry.depth }))
             .collect();
         json!({ "cells": self.problem.cells, "steps": self.problem.steps, "precision": self.precision.name(),
-                "threads": self.params.threads, "method": NAME, "bytes": self.plan.bytes(), "slots": self.slots(),
+                "threads": self.params.threads, "method": NAME, "bytes": self.plan.bytes(), "slots": self.params.slots.states(),
                 "recomputed_steps": self.repeated(), "ledger": ledger })
     }
 }
@@ -55,7 +47,6 @@ impl Planned {
 pub(crate) fn planned(scene: &Scene, options: &PlanOptions) -> Result<Planned, Failure> {
     let problem = OwnedProblem::of(scene);
     let ceiling = options.limit.or_else(bytes::of_machine);
-    let within = ceiling.map_or(usize::MAX, |limit| limit.saturating_sub(MARGIN));
     let section = scene.method.fluids;
     let searched = !scene.keyframes.is_empty();
     let mut params = FluidsParams {
@@ -63,37 +54,53 @@ pub(crate) fn planned(scene: &Scene, options: &PlanOptions) -> Result<Planned, F
         threads: options.threads.unwrap_or_else(threads::available),
         ..section.params
     };
-    if !searched {
-        (params.controls, params.slots) = (Controls::none(), Slots::None);
-    }
+    let slots = if searched {
+        section.slots.map(Slots::of)
+    } else {
+        params.controls = Controls::none();
+        Some(Slots::None)
+    };
     loop {
-        let refused = |error| refusal(scene, error);
-        if searched {
-            params = match section.slots {
-                None => fitting(&problem, &params, options.precision, within).map_err(refused)?,
-                Some(0) => FluidsParams {
-                    slots: Slots::Tape,
-                    ..params
-                },
-                Some(slots) => FluidsParams {
-                    slots: Slots::States(slots),
-                    ..params
-                },
-            };
+        match within(&problem, &params, options.precision, (slots, ceiling)) {
+            Ok((params, plan)) => {
+                return Ok(Planned {
+                    problem,
+                    params,
+                    precision: options.precision,
+                    plan,
+                });
+            }
+            Err(PlanError::Ceiling { .. }) if options.threads.is_none() && params.threads > 1 => {
+                params.threads /= 2;
+            }
+            Err(PlanError::Ceiling { .. }) => {
+                let slots = slots.unwrap_or(Slots::States(1));
+                let least = FluidsParams { slots, ..params };
+                let plan = plan_of(&problem, &least, options.precision);
+                let plan = plan.map_err(|error| refusal(scene, error))?;
+                return Err(over_limit(scene, options, &plan, ceiling.unwrap_or(usize::MAX)));
+            }
+            Err(error) => return Err(refusal(scene, error)),
         }
-        let plan = plan_of(&problem, &params, options.precision).map_err(refused)?;
-        if plan.bytes() <= within {
-            return Ok(Planned {
-                problem,
-                params,
-                precision: options.precision,
-                plan,
-            });
-        }
-        if options.threads.is_some() || params.threads <= 1 {
-            return Err(over_limit(scene, options, &plan, ceiling.unwrap_or(usize::MAX)));
-        }
-        params.threads /= 2;
+    }
+}
+
+/// Choices and plan of a block within a ceiling, beside which the program takes a little.
+fn within(
+    problem: &OwnedProblem,
+    params: &FluidsParams,
+    precision: Precision,
+    (slots, ceiling): (Option<Slots>, Option<usize>),
+) -> Result<(FluidsParams, FluidsPlan), PlanError> {
+    let (view, ceiling) = (
+        problem.problem(),
+        ceiling.map(|limit| limit.saturating_sub(MARGIN)),
+    );
+    match (problem.cells.len(), precision) {
+        (2, Precision::F32) => FluidsPlan::within::<f32, D2>(&view, params, slots, ceiling),
+        (2, Precision::F64) => FluidsPlan::within::<f64, D2>(&view, params, slots, ceiling),
+        (_, Precision::F32) => FluidsPlan::within::<f32, D3>(&view, params, slots, ceiling),
+        (_, Precision::F64) => FluidsPlan::within::<f64, D3>(&view, params, slots, ceiling),
     }
 }
 
@@ -102,28 +109,7 @@ fn plan_of(
     params: &FluidsParams,
     precision: Precision,
 ) -> Result<FluidsPlan, PlanError> {
-    let view = problem.problem();
-    match (problem.cells.len(), precision) {
-        (2, Precision::F32) => FluidsPlan::new::<f32, D2>(&view, params),
-        (2, Precision::F64) => FluidsPlan::new::<f64, D2>(&view, params),
-        (_, Precision::F32) => FluidsPlan::new::<f32, D3>(&view, params),
-        (_, Precision::F64) => FluidsPlan::new::<f64, D3>(&view, params),
-    }
-}
-
-fn fitting(
-    problem: &OwnedProblem,
-    params: &FluidsParams,
-    precision: Precision,
-    ceiling: usize,
-) -> Result<FluidsParams, PlanError> {
-    let view = problem.problem();
-    match (problem.cells.len(), precision) {
-        (2, Precision::F32) => FluidsPlan::fitting::<f32, D2>(&view, params, ceiling),
-        (2, Precision::F64) => FluidsPlan::fitting::<f64, D2>(&view, params, ceiling),
-        (_, Precision::F32) => FluidsPlan::fitting::<f32, D3>(&view, params, ceiling),
-        (_, Precision::F64) => FluidsPlan::fitting::<f64, D3>(&view, params, ceiling),
-    }
+    within(problem, params, precision, (Some(params.slots), None)).map(|(_, plan)| plan)
 }
 
 /// The sentence for a plan that the core refuses.

@@ -103,7 +103,7 @@ pub(super) fn of<T: Real, S: Space>(
         fluids: Some(FluidsRecord {
             velocity_location: "center",
             stable_fluids: choices(planned),
-            slots: planned.slots(),
+            slots: planned.params.slots.states(),
             recomputed_steps: planned.repeated(),
         }),
     }
@@ -169,7 +169,7 @@ fn choices(planned: &Planned) -> Value {
         };
         all.insert(choice.name.into(), value);
     }
-    all.insert("slots".into(), json!(planned.slots()));
+    all.insert("slots".into(), json!(planned.params.slots.states()));
     Value::Object(all)
 }
 

@@ -9,7 +9,6 @@ mod strip;
 
 use crate::exit::Failure;
 use crate::interrupt::Interrupt;
-use crate::output::Frames;
 use crate::report::IterationRecord;
 use core::time::Duration;
 use server::Server;
@@ -18,6 +17,7 @@ use state::State;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 use strip::strip;
+pub(crate) use strip::{Held, Played};
 
 /// Seconds from one drawing of the frames to the next, at least, and the most that they may take, in parts of the time between.
 const OFTEN: f64 = 1.0;
@@ -76,11 +76,11 @@ impl Live {
             .is_none_or(|(when, took)| when.elapsed().as_secs_f64() >= OFTEN.max(took / SHARE))
     }
 
-    /// Draws some of the first `steps` of `frames`, which count on from `first`, and shows them.
-    pub(crate) fn draw(&mut self, frames: &mut dyn Frames, first: usize, steps: usize) {
+    /// Draws some of the first `steps` of `played`, which count on from `first`, and shows them.
+    pub(crate) fn draw(&mut self, played: &mut dyn Played, first: usize, steps: usize) {
         let began = Instant::now();
         // What cannot be drawn is not shown; the solve goes on.
-        if let Ok(drawn) = strip(frames, first, steps) {
+        if let Ok(drawn) = strip(played, first, steps) {
             self.shared.state().frames(drawn);
         }
         self.drawn = Some((Instant::now(), began.elapsed().as_secs_f64()));

@@ -8,6 +8,7 @@ use super::settled::Settled;
 use crate::checkpoint::Keeper;
 use crate::destination::Destination;
 use crate::exit::Failure;
+use crate::live::Held;
 use crate::output::{Gallery, Sample};
 use crate::plan::Planned;
 use crate::problem::{OwnedProblem, Precision};
@@ -232,6 +233,7 @@ pub(super) fn show<T: Real + Sample, S: Space>(
     if let Some(live) = watch.page() {
         // What comes after the release is simulated in the end.
         let steps = problem.release.unwrap_or(problem.steps);
-        live.draw(&mut SolverFrames::new(solver, exec, problem), first, steps);
+        let mut frames = SolverFrames::new(solver, exec, problem);
+        live.draw(&mut Held(&mut frames), first, steps);
     }
 }

@@ -108,7 +108,7 @@ pub(crate) fn result(mode: Mode, watch: &Watch, record: &RunRecord, destination:
 }
 
 /// Says that the solve goes on from a state, and how far that was.
-pub(super) fn goes_on(display: &Display, folder: &Path, watch: &Watch) {
+pub(crate) fn goes_on(display: &Display, folder: &Path, watch: &Watch) {
     let (done, seconds) = (watch.history.len(), watch.clock.seconds());
     display.event(
         "resumed",
@@ -133,7 +133,7 @@ pub(super) fn can_go_on(display: &Display, states: &Path) {
 }
 
 /// The failure of a result that could not be written, with where the state of its solve is kept.
-pub(super) fn unwritten(failure: Failure, kept: Option<&Path>) -> Failure {
+pub(crate) fn unwritten(failure: Failure, kept: Option<&Path>) -> Failure {
     let Failure::File(why) = failure else {
         return failure;
     };

@@ -14,7 +14,7 @@ pub(crate) mod messages;
 pub(crate) mod outcome;
 mod reach;
 mod request;
-mod saved;
+pub(crate) mod saved;
 mod settled;
 mod targets;
 mod whole;

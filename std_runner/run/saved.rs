@@ -3,21 +3,23 @@
 use super::earlier::Origin;
 use super::inputs::{set_obstacles, solver_refusal};
 use super::job::Job;
+use super::request::{Request, RunOptions};
 use crate::checkpoint::{
     Begin, Every, Found, Inputs, Keeper, Needs, Options, Sealed, Unsealed, Words, damaged, inputs_of, read,
 };
 use crate::destination::Destination;
 use crate::exit::Failure;
+use crate::problem::{OwnedProblem, Precision};
 use crate::progress::{Clock, Spent, Watch};
 use crate::report::{Facts, IterationRecord, ObjectiveRecord};
 use core::time::Duration;
 use std::path::Path;
-use thurible_core::checkpoint::{Damaged, Refused};
-use thurible_core::{Fact, Kind, Objective, Real, SavedError, Solver, Space, Status};
+use thurible_core::checkpoint::{Damaged, Refused, Resumable, restore_from, save_to};
+use thurible_core::{Fact, Kind, Named, Objective, Real, SavedError, Solver, Space, Status};
 
 /// What is remembered of a solve as a whole, beside its solver.
 #[derive(Debug, Default)]
-pub(super) struct Progressed {
+pub(crate) struct Progressed {
     /// By how much each keyframe was scaled to the mass of the source.
     pub mass_factors: Vec<f64>,
     /// How the iterations ended, if they did.
@@ -26,7 +28,7 @@ pub(super) struct Progressed {
 
 /// How iterations ended.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Ended(pub Status);
+pub(crate) struct Ended(pub Status);
 
 impl Default for Ended {
     fn default() -> Self {
@@ -121,15 +123,12 @@ pub(super) fn objective(words: &mut Words, record: &mut ObjectiveRecord) -> Resu
 }
 
 /// Writes the state of `solver` into a checkpoint.
-pub(super) fn write<T: Real, S: Space>(
-    solver: &mut Solver<'_, T, S>,
-    file: &mut Sealed,
-) -> Result<(), Refused> {
-    solver.save_to(file).map_err(|_| Refused)
+pub(crate) fn write(solver: &mut dyn Resumable, file: &mut Sealed) -> Result<(), Refused> {
+    save_to(solver, file).map_err(|_| Refused)
 }
 
 /// A state that is gone on from: what is left to read of it.
-pub(super) struct Reading<'a> {
+pub(crate) struct Reading<'a> {
     found: &'a Found,
     pub words: Words,
     pub file: Unsealed,
@@ -152,14 +151,16 @@ impl<'a> Reading<'a> {
         &self.found.place
     }
 
-    /// Hands `solver`, which has nothing yet, its state.
-    pub fn restore<T: Real, S: Space>(
-        &mut self,
-        job: &Job,
-        solver: &mut Solver<'_, T, S>,
-    ) -> Result<(), Failure> {
-        set_obstacles(&job.request.scene, solver, &mut Vec::new())?;
-        solver.restore_from(&mut self.file).map_err(|error| match error {
+    /// Hands what was remembered to `so_far` and `watch`, where that is all of it.
+    pub fn remember(&mut self, so_far: &mut Progressed, watch: &mut Watch) -> Result<(), Failure> {
+        let remembered = so_far.record(&mut self.words, watch);
+        let whole = remembered.and_then(|()| self.words.end());
+        whole.map_err(|Damaged| self.damaged())
+    }
+
+    /// Hands `solver`, which has nothing yet but its solid cells, its state.
+    pub fn restore(&mut self, solver: &mut dyn Resumable) -> Result<(), Failure> {
+        restore_from(solver, &mut self.file).map_err(|error| match error {
             SavedError::OtherSolve => Failure::Input(format!(
                 "the state in {} is of another scene, precision, method or choice than what was kept with it; this is a fault of thurible, please report it",
                 self.found.place.display()
@@ -169,40 +170,57 @@ impl<'a> Reading<'a> {
     }
 }
 
-impl Job {
+impl Request {
     /// The files that the solve begins with, to be looked at before they are read, where states may be kept: it must not go on with others.
     pub fn began_with(&self) -> Option<Inputs> {
-        let request = &self.request;
-        let may_be_kept = request.checkpoint != Every::Off && request.found.is_none();
-        let results = [&request.from, &request.reference].into_iter().flatten();
+        let may_be_kept = self.checkpoint != Every::Off && self.found.is_none();
+        let results = [&self.from, &self.reference].into_iter().flatten();
         may_be_kept.then(|| {
             let results: Vec<_> = results.map(Origin::arrays).collect();
-            inputs_of(&request.scene.document, &results)
+            inputs_of(&self.scene.document, &results)
         })
     }
+}
 
-    /// What keeps the states of the solve, into `destination`, which `began_with` these files.
-    pub fn keeper(&self, destination: &Destination, began_with: Option<Inputs>) -> Result<Keeper, Failure> {
-        let (request, planned) = (&self.request, &self.planned);
+/// What is planned of a solve whose states are kept.
+pub(crate) struct Keeping<'a> {
+    /// The word of its method.
+    pub method: &'a str,
+    pub problem: &'a OwnedProblem,
+    pub precision: Precision,
+    /// The ceiling that choices were made under.
+    pub ceiling: Option<usize>,
+    /// Whether what is found grows in files beside the result.
+    pub grows: bool,
+    /// Bytes of a state.
+    pub state: usize,
+}
+
+impl Keeping<'_> {
+    /// What keeps the states of the solve of `request`, into `destination`, which `began_with` these files.
+    pub fn keeper(
+        &self,
+        request: &Request,
+        options: &RunOptions,
+        destination: &Destination,
+        began_with: Option<Inputs>,
+    ) -> Result<Keeper, Failure> {
         let origin = |origin: &Origin| (origin.option.to_owned(), origin.folder.clone(), origin.step);
-        let method = || planned.params.method;
         let result = self.result_bytes();
         let options = Options {
-            free: request
-                .free
-                .then(|| thurible_core::Named::name(method()).to_owned()),
-            precision: planned.precision.name().into(),
-            ceiling: planned.choosing_ceiling(),
+            free: request.free.then(|| self.method.to_owned()),
+            precision: self.precision.name().into(),
+            ceiling: self.ceiling,
             folder: destination.folder().to_owned(),
             shown: request.folder.clone(),
-            images: self.options.outputs.images,
+            images: options.outputs.images,
             from: request.from.as_ref().map(origin),
             reference: request.reference.as_ref().map(origin),
         };
         let needs = Needs {
             result,
-            growing: if planned.windows.is_some() { result } else { 0 },
-            state: planned.plan.saved_bytes() as u64,
+            growing: if self.grows { result } else { 0 },
+            state: self.state as u64,
         };
         let document = request.scene.document.clone();
         Keeper::new(
@@ -222,15 +240,37 @@ impl Job {
 
     /// About the bytes of `result.npz`: a density, a velocity and a force for each step, and the keyframes.
     fn result_bytes(&self) -> u64 {
-        let problem = &self.planned.problem;
+        let problem = self.problem;
         let cells: u64 = problem.cells.iter().map(|&count| count as u64).product();
         let fields = (problem.steps + 1 + problem.keyframes.len()) + 2 * problem.cells.len() * problem.steps;
-        let number = if self.planned.precision == crate::problem::Precision::F64 {
-            8
-        } else {
-            4
-        };
+        let number = if self.precision == Precision::F64 { 8 } else { 4 };
         cells.saturating_mul(fields as u64).saturating_mul(number)
+    }
+}
+
+impl Job {
+    /// What keeps the states of the solve, into `destination`, which `began_with` these files.
+    pub fn keeper(&self, destination: &Destination, began_with: Option<Inputs>) -> Result<Keeper, Failure> {
+        let planned = &self.planned;
+        let keeping = Keeping {
+            method: planned.params.method.name(),
+            problem: &planned.problem,
+            precision: planned.precision,
+            ceiling: planned.choosing_ceiling(),
+            grows: planned.windows.is_some(),
+            state: planned.plan.saved_bytes(),
+        };
+        keeping.keeper(&self.request, &self.options, destination, began_with)
+    }
+
+    /// Hands `solver`, which has nothing yet, the state that is read.
+    pub fn restore<T: Real, S: Space>(
+        &self,
+        reading: &mut Reading<'_>,
+        solver: &mut Solver<'_, T, S>,
+    ) -> Result<(), Failure> {
+        set_obstacles(&self.request.scene, solver, &mut Vec::new())?;
+        reading.restore(solver)
     }
 
     /// Makes the solver of the whole scene.

@@ -16,7 +16,6 @@ use crate::output::Sample;
 use crate::progress::Watch;
 use crate::report::{self, RunRecord};
 use core::mem::MaybeUninit;
-use thurible_core::checkpoint::Damaged;
 use thurible_core::{Exec, Real, Solver, Space, Status};
 
 impl Job {
@@ -27,7 +26,7 @@ impl Job {
         block: &mut [MaybeUninit<u8>],
     ) -> Result<Solved, Failure> {
         let found = self.request.found.as_ref();
-        let began_with = self.began_with();
+        let began_with = self.request.began_with();
         let masses = match found {
             Some(_) => None,
             None => masses::of_a_free_flow::<T, S>(&self.request.scene, &self.planned, exec, block)?,
@@ -153,11 +152,8 @@ impl Job {
         so_far: &mut Progressed,
         watch: &mut Watch,
     ) -> Result<(), Failure> {
-        let remembered = so_far.record(&mut reading.words, watch);
-        remembered
-            .and_then(|()| reading.words.end())
-            .map_err(|Damaged| reading.damaged())?;
-        reading.restore(self, solver)?;
+        reading.remember(so_far, watch)?;
+        self.restore(reading, solver)?;
         messages::goes_on(&watch.display, reading.folder(), watch);
         Ok(())
     }

@@ -23,7 +23,7 @@ pub fn all(place: &Place, every: u64) {
     let (mut runs, mut kept) = (0, 0);
     for case in CASES
         .iter()
-        .filter(|case| ["direct", "windows"].contains(&case.name))
+        .filter(|case| ["direct", "fluids", "windows"].contains(&case.name))
     {
         let (expected, _) = place.whole(case);
         for (first, (how, on)) in (1..).zip([

@@ -77,8 +77,26 @@ stride = 5
 frames = false
 ";
 
+const FLUIDS: &str = "\
+[grid]
+cells = [16, 14]
+[time]
+steps = 8
+[source]
+circle = { center = [0.35, 0.4], radius = 0.2 }
+[[keyframe]]
+step = 8
+circle = { center = [0.65, 0.5], radius = 0.2 }
+[method]
+name = \"stable_fluids\"
+iterations = 30
+stable_fluids = { tolerance = 1e-12 }
+[output]
+frames = false
+";
+
 /// All of them.
-pub const CASES: [Case; 6] = [
+pub const CASES: [Case; 7] = [
     Case {
         name: "direct",
         command: "solve",
@@ -96,6 +114,12 @@ pub const CASES: [Case; 6] = [
         command: "solve",
         scene: CIRCLES,
         more: &["--method", "lbfgs", "--precision", "f64"],
+    },
+    Case {
+        name: "fluids",
+        command: "solve",
+        scene: FLUIDS,
+        more: &[],
     },
     Case {
         name: "released",

@@ -25,6 +25,24 @@ admm = { density_tolerance = 1e-12 }
 frames = false
 ";
 
+const FLUIDS: &str = "\
+[grid]
+cells = [32, 24]
+[time]
+steps = 10
+[source]
+file = \"source.npy\"
+[[keyframe]]
+step = 10
+circle = { center = [0.65, 0.5], radius = 0.2 }
+[method]
+name = \"stable_fluids\"
+iterations = 40
+stable_fluids = { tolerance = 1e-12, control = [\"forces\", \"initial_velocity\"] }
+[output]
+frames = false
+";
+
 pub const WINDOWS: &str = "\
 [grid]
 cells = [20, 16]
@@ -149,6 +167,19 @@ fn a_killed_solve_goes_on_bit_for_bit() {
         "killed_f64",
         PLAIN,
         &["solve", "--method", "lbfgs", "--precision", "f64"],
+        &[6],
+    );
+    goes_on("killed_fluids", FLUIDS, &["solve"], &[9, 4]);
+    goes_on(
+        "killed_fluids_f64",
+        FLUIDS,
+        &[
+            "solve",
+            "--precision",
+            "f64",
+            "--set",
+            "method.stable_fluids.slots=3",
+        ],
         &[6],
     );
     goes_on("killed_capped", PLAIN, &["solve", "--memory-limit", "1MiB"], &[7]);

@@ -55,10 +55,37 @@ impl Page {
         );
         serde_json::from_slice(&body).unwrap()
     }
+
+    /// What it shows when frames were drawn.
+    fn drawn(&self) -> Value {
+        let since = Instant::now();
+        loop {
+            let state = self.state();
+            if state["drawings"].as_u64().unwrap() > 0 && state["done"].as_u64().unwrap() > 1 {
+                return state;
+            }
+            assert!(since.elapsed() < Duration::from_secs(60), "{state}");
+        }
+    }
+
+    /// Asks for all frames, from the first step on.
+    fn check_frames(&self, state: &Value) -> Vec<Vec<u8>> {
+        let steps = state["frames"].as_array().unwrap();
+        assert!(steps.len() > 2 && steps[0] == 0, "{state}");
+        let frame = |index| {
+            let (head, png) = self.ask("GET", &format!("/frame/{index}?1"));
+            assert!(
+                head.contains("image/png") && png.starts_with(b"\x89PNG"),
+                "{head}"
+            );
+            png
+        };
+        (0..steps.len()).map(frame).collect()
+    }
 }
 
-/// A solve that goes on until it is stopped, and its page.
-fn watched(name: &str) -> (Endless, Page, std::path::PathBuf) {
+/// A solve by `method` that goes on until it is stopped, and its page.
+fn watched(name: &str, method: &str) -> (Endless, Page, std::path::PathBuf) {
     let folder = fresh_folder(name).join("out");
     let mut address = String::new();
     let mut command = thurible();
@@ -69,13 +96,11 @@ fn watched(name: &str) -> (Endless, Page, std::path::PathBuf) {
         "--json",
         "--threads",
         "1",
+        "--method",
+        method,
     ]);
-    command.args([
-        "--set",
-        "method.iterations=1000000",
-        "--set",
-        "method.direct.tolerance=1e-300",
-    ]);
+    let tolerance = format!("method.{method}.tolerance=1e-300");
+    command.args(["--set", "method.iterations=1000000", "--set", &tolerance]);
     command.args(["-o", folder.to_str().unwrap()]);
     let solve = Endless::seen(&mut command, |line| {
         let event: Value = serde_json::from_str(line).unwrap_or_default();
@@ -90,7 +115,7 @@ fn watched(name: &str) -> (Endless, Page, std::path::PathBuf) {
 /// Frames, curves and numbers come; nobody else gets anything; the button ends the solve as Ctrl-C does.
 #[test]
 fn it_shows_the_solve_and_stops_it() {
-    let (solve, page, folder) = watched("watched");
+    let (solve, page, folder) = watched("watched", "direct");
     let (head, body) = page.ask("GET", "/");
     let html = String::from_utf8(body).unwrap();
     assert!(
@@ -101,28 +126,13 @@ fn it_shows_the_solve_and_stops_it() {
         html.contains("examples/letter_f.toml") && html.contains("<h2>Convergence</h2>"),
         "{html}"
     );
-    let since = Instant::now();
-    let state = loop {
-        let state = page.state();
-        if state["drawings"].as_u64().unwrap() > 0 && state["done"].as_u64().unwrap() > 1 {
-            break state;
-        }
-        assert!(since.elapsed() < Duration::from_secs(60), "{state}");
-    };
+    let state = page.drawn();
     assert!(
         state["seconds_left"].as_f64().unwrap() > 0.0 && state["over"].is_null(),
         "{state}"
     );
     assert!(state["objective"]["total"].as_f64().unwrap() > 0.0, "{state}");
-    let frames = state["frames"].as_array().unwrap();
-    assert!(frames.len() > 2 && frames[0] == 0, "{state}");
-    for index in 0..frames.len() {
-        let (head, png) = page.ask("GET", &format!("/frame/{index}?1"));
-        assert!(
-            head.contains("image/png") && png.starts_with(b"\x89PNG"),
-            "{head}"
-        );
-    }
+    page.check_frames(&state);
     let (_, charts) = page.ask("GET", "/charts");
     assert!(String::from_utf8(charts).unwrap().contains("<polyline"));
     let own = format!("127.0.0.1:{}", page.port);
@@ -158,6 +168,18 @@ fn it_shows_the_solve_and_stops_it() {
     assert_eq!(report["status"], "cancelled");
     let row = report["history"].as_array().unwrap().last().unwrap();
     assert!(row["seconds_left"].as_f64().unwrap() > 0.0);
+}
+
+/// A search that holds no steps is run once more for its frames, which are those of the flow as it is.
+#[test]
+fn it_shows_a_search_by_stable_fluids() {
+    let (solve, page, folder) = watched("watched_fluids", "stable_fluids");
+    let frames = page.check_frames(&page.drawn());
+    assert!(frames.first() != frames.last(), "the smoke does not move");
+    assert!(page.ask("POST", "/stop").0.starts_with("HTTP/1.1 200"));
+    let ended = solve.wait();
+    assert_eq!(ended.code, 130, "{}", ended.err);
+    assert!(folder.join("result.npz").is_file());
 }
 
 /// A port that is taken, and an option that would have no page to tell of.

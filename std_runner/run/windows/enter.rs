@@ -62,7 +62,7 @@ impl Walk<'_> {
     ) -> Result<Entered<'m, T, S>, Failure> {
         let (window, problem) = self.part(window, inside);
         let mut solver = self.solver::<T, S>(block, &window, &problem)?;
-        reading.restore(self.job, &mut solver)?;
+        self.job.restore(reading, &mut solver)?;
         Ok((solver, problem, window, inside))
     }
 

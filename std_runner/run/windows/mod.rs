@@ -28,7 +28,7 @@ impl Job {
         block: &mut [MaybeUninit<u8>],
     ) -> Result<Solved, Failure> {
         let windows = self.planned.windows();
-        let began_with = self.began_with();
+        let began_with = self.request.began_with();
         let files = report::files(self.planned.problem.steps, self.options.outputs.images);
         let mut destination = Destination::check(&self.request.folder, files)?;
         let masses = match self.request.found {
