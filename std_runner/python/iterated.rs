@@ -2,6 +2,7 @@
 
 use crate::keep::Keep;
 use crate::place::Number;
+use thurible_core::checkpoint::Resumable;
 use thurible_core::{Exec, Fluids, Observer, Progress, Solver, Space};
 
 /// What goes on iteration by iteration.
@@ -19,27 +20,37 @@ pub trait Iterated: Send {
     }
 }
 
-/// A solver whose state is kept.
-pub struct Kept<'k, 's, 'm, T, S> {
-    /// The solver.
-    pub solver: &'s mut Solver<'m, T, S>,
+/// One whose state is kept.
+pub struct Kept<'k, 's, I> {
+    /// What goes on.
+    pub one: &'s mut I,
     /// What keeps its state, if anything does.
     pub keep: Option<&'k mut Keep>,
 }
 
-impl<T: Number, S: Space + Send> Iterated for Kept<'_, '_, '_, T, S> {
+impl<I: Iterated + Resumable> Iterated for Kept<'_, '_, I> {
     fn step(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Progress {
-        self.solver.step(exec, observer)
+        self.one.step(exec, observer)
     }
 
     fn after(&mut self) {
         if let Some(keep) = &mut self.keep {
-            keep.after(self.solver);
+            keep.after(self.one);
         }
     }
 
     fn finish(&mut self, exec: &dyn Exec) -> bool {
-        self.solver.finish(exec).is_ok()
+        self.one.finish(exec)
+    }
+}
+
+impl<T: Number, S: Space + Send> Iterated for Solver<'_, T, S> {
+    fn step(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Progress {
+        Solver::step(self, exec, observer)
+    }
+
+    fn finish(&mut self, exec: &dyn Exec) -> bool {
+        Solver::finish(self, exec).is_ok()
     }
 }
 

@@ -1,14 +1,15 @@
 //! The state of a solve in a file, from which it goes on bit for bit: a word of what it began with, and the core's saved bytes.
 
-use crate::words::refused;
-use pyo3::exceptions::PyOSError;
+use crate::words::{read, refused};
+use pyo3::exceptions::{PyOSError, PyRuntimeWarning};
 use pyo3::prelude::*;
+use std::ffi::CString;
 use std::fs::{self, File};
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use thurible_core::checkpoint::{Mix, Refused, Sink, Source};
-use thurible_core::{Real, SavedError, Solver, Space};
+use thurible_core::SavedError;
+use thurible_core::checkpoint::{Mix, Refused, Resumable, Sink, Source, restore_from, save_to};
 
 /// Keeps the state of a solve.
 pub struct Keep {
@@ -18,7 +19,7 @@ pub struct Keep {
     /// All that the solve began with.
     begun: u64,
     /// Why the state could not be written, the first time.
-    pub trouble: Option<io::Error>,
+    trouble: Option<io::Error>,
 }
 
 struct Writes<'a>(&'a mut BufWriter<File>, Option<io::Error>);
@@ -49,16 +50,58 @@ impl Sink for Mixes {
     }
 }
 
-/// All that `solver`, which has not begun yet, was given, in a word.
-pub fn digest<T: Real, S: Space>(solver: &mut Solver<'_, T, S>) -> u64 {
+/// All that `one`, which has not begun yet, was given, in a word.
+fn digest(one: &mut dyn Resumable) -> u64 {
     let mut mixes = Mixes(Mix::new());
     // Mixing refuses nothing.
-    let _ = solver.save_to(&mut mixes);
+    let _ = save_to(one, &mut mixes);
     mixes.0.finish()
 }
 
-/// Goes on from the state at `path`; `begun` is what the solver was given.
-pub fn resume<T: Real, S: Space>(solver: &mut Solver<'_, T, S>, path: &Path, begun: u64) -> PyResult<()> {
+/// The arguments by which a state is kept, and gone on from.
+pub const ARGUMENTS: [&str; 3] = ["checkpoint", "checkpoint_every", "resume"];
+
+/// Where the state is kept, how often in seconds, and where one is gone on from.
+pub struct States {
+    checkpoint: Option<PathBuf>,
+    every: f64,
+    resume: Option<PathBuf>,
+}
+
+impl States {
+    /// Those of the [`ARGUMENTS`].
+    pub fn read([checkpoint, every, resume]: [Option<Bound<'_, PyAny>>; 3]) -> PyResult<Self> {
+        let path = |name: &str, value: Option<Bound<'_, PyAny>>| {
+            value.map(|value| read(name, &value, "a path")).transpose()
+        };
+        let [_, name, _] = ARGUMENTS;
+        let every = every.map_or(Ok(60.0), |every| read(name, &every, "a number of seconds"))?;
+        if !(0.0..1e9).contains(&every) {
+            return Err(refused(name, "is no number of seconds from 0; give one"));
+        }
+        Ok(Self {
+            checkpoint: path("checkpoint", checkpoint)?,
+            every,
+            resume: path("resume", resume)?,
+        })
+    }
+
+    /// Lets `one`, which was given its arrays, go on if that is asked for; what keeps its state.
+    pub fn begin(&self, one: &mut dyn Resumable) -> PyResult<Option<Keep>> {
+        if self.checkpoint.is_none() && self.resume.is_none() {
+            return Ok(None);
+        }
+        let begun = digest(one);
+        if let Some(path) = &self.resume {
+            resume(one, path, begun)?;
+        }
+        let keep = |path: &PathBuf| Keep::new(path.clone(), self.every, begun);
+        Ok(self.checkpoint.as_ref().map(keep))
+    }
+}
+
+/// Goes on from the state at `path`; `begun` is what `one` was given.
+fn resume(one: &mut dyn Resumable, path: &Path, begun: u64) -> PyResult<()> {
     let unread =
         |error: io::Error| PyOSError::new_err(format!("resume: cannot read {}: {error}", path.display()));
     let mut file = BufReader::new(File::open(path).map_err(unread)?);
@@ -80,20 +123,18 @@ pub fn resume<T: Real, S: Space>(solver: &mut Solver<'_, T, S>, path: &Path, beg
             "is damaged or not whole; solve anew, or take an earlier state",
         )
     };
-    if length != 8 + solver.saved_bytes() as u64 {
+    if length != 8 + one.saved_bytes() as u64 {
         return Err(damaged());
     }
-    solver
-        .restore_from(&mut Reads(file))
-        .map_err(|error| match error {
-            SavedError::OtherSolve => other(),
-            _ => damaged(),
-        })
+    restore_from(one, &mut Reads(file)).map_err(|error| match error {
+        SavedError::OtherSolve => other(),
+        _ => damaged(),
+    })
 }
 
 impl Keep {
     /// At `path`, after every iteration that ends `seconds` or more after the last state.
-    pub fn new(path: PathBuf, seconds: f64, begun: u64) -> Self {
+    fn new(path: PathBuf, seconds: f64, begun: u64) -> Self {
         Self {
             path,
             every: Duration::from_secs_f64(seconds),
@@ -104,30 +145,39 @@ impl Keep {
     }
 
     /// Writes the state where it is due: aside, synced, then in its place.
-    pub fn after<T: Real, S: Space>(&mut self, solver: &mut Solver<'_, T, S>) {
+    pub fn after(&mut self, one: &mut dyn Resumable) {
         if self.last.elapsed() < self.every {
             return;
         }
-        if let Err(error) = self.write(solver) {
+        if let Err(error) = self.write(one) {
             // What cannot be written is no reason to end a solve.
             self.trouble.get_or_insert(error);
         }
         self.last = Instant::now();
     }
 
-    fn write<T: Real, S: Space>(&self, solver: &mut Solver<'_, T, S>) -> io::Result<()> {
+    fn write(&self, one: &mut dyn Resumable) -> io::Result<()> {
         let mut name = self.path.file_name().unwrap_or_default().to_owned();
         name.push(".part");
         let part = self.path.with_file_name(name);
         let mut file = BufWriter::new(File::create(&part)?);
         file.write_all(&self.begun.to_le_bytes())?;
         let mut writes = Writes(&mut file, None);
-        if solver.save_to(&mut writes).is_err() {
+        if save_to(one, &mut writes).is_err() {
             let other = || io::Error::from(io::ErrorKind::Other);
             return Err(writes.1.unwrap_or_else(other));
         }
         file.flush()?;
         file.get_ref().sync_all()?;
         fs::rename(&part, &self.path)
+    }
+
+    /// Warns where the state could not be kept.
+    pub fn end(self, py: Python<'_>) -> PyResult<()> {
+        let Some(error) = self.trouble else {
+            return Ok(());
+        };
+        let text = CString::new(format!("checkpoint: the state could not be kept: {error}"))?;
+        PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &text, 1)
     }
 }

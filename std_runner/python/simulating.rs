@@ -95,7 +95,7 @@ impl Chosen {
                 }
                 set_options(&mut params, &options)?;
             }
-            return Ok(Self::Fluids(params, slots.map(kept)));
+            return Ok(Self::Fluids(params, slots.map(Slots::of)));
         }
         if options.is_some() {
             return Err(refused("options", STEERS));
@@ -125,14 +125,6 @@ impl Chosen {
 
 /// Why what is chosen of a search is refused.
 pub const STEERS: &str = "steers, and an operator steers nothing; take it out";
-
-/// What a number of states stands for: 0 for all that the adjoint reads.
-pub fn kept(states: usize) -> Slots {
-    match states {
-        0 => Slots::Tape,
-        states => Slots::States(states),
-    }
-}
 
 /// A plan of either simulator.
 #[derive(Clone, Copy)]

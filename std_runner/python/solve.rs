@@ -5,18 +5,16 @@ use crate::choices::Choices;
 use crate::effects;
 use crate::inputs::{self, Common, Inputs};
 use crate::iterated::Kept;
-use crate::keep::{self, Keep};
+use crate::keep::{self, States};
 use crate::place::{self, Number, Place, fields};
 use crate::plan::{self, Planned, Precision};
 use crate::solution::Solution;
 use crate::templates;
 use crate::watch;
-use crate::words::{read, refused};
-use pyo3::exceptions::{PyFloatingPointError, PyMemoryError, PyRuntimeError, PyRuntimeWarning};
+use crate::words::refused;
+use pyo3::exceptions::{PyFloatingPointError, PyMemoryError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::ffi::CString;
-use std::path::PathBuf;
 use thurible::bytes::grouped;
 use thurible::remarks::{OF_PYTHON, keyframe_errors, or_else, remarks, still_falls};
 use thurible_core::{D2, D3, Method, Solver, SolverError, Space, Status};
@@ -52,28 +50,12 @@ pub fn solve<'py>(
             "initial_velocity",
             "reference",
             "progress",
-            "checkpoint",
-            "checkpoint_every",
-            "resume",
+            keep::ARGUMENTS[0],
+            keep::ARGUMENTS[1],
+            keep::ARGUMENTS[2],
         ],
     )?;
-    let path = |name: &str, value: Option<Bound<'py, PyAny>>| {
-        value.map(|value| read(name, &value, "a path")).transpose()
-    };
-    let every = every.map_or(Ok(60.0), |every| {
-        read("checkpoint_every", &every, "a number of seconds")
-    })?;
-    if !(0.0..1e9).contains(&every) {
-        return Err(refused(
-            "checkpoint_every",
-            "is no number of seconds from 0; give one",
-        ));
-    }
-    let states = States {
-        checkpoint: path("checkpoint", checkpoint)?,
-        every,
-        resume: path("resume", resume)?,
-    };
+    let states = States::read([checkpoint, every, resume])?;
     if progress.as_ref().is_some_and(|progress| !progress.is_callable()) {
         return Err(refused(
             "progress",
@@ -113,27 +95,6 @@ pub fn solve<'py>(
     }
 }
 
-/// Where the state is kept, how often in seconds, and where one is gone on from.
-struct States {
-    checkpoint: Option<PathBuf>,
-    every: f64,
-    resume: Option<PathBuf>,
-}
-
-impl States {
-    /// Lets `solver`, which was given its arrays, go on if that is asked for; what keeps its state.
-    fn begin<T: Number, S: Space>(self, solver: &mut Solver<'_, T, S>) -> PyResult<Option<Keep>> {
-        if self.checkpoint.is_none() && self.resume.is_none() {
-            return Ok(None);
-        }
-        let begun = keep::digest(solver);
-        if let Some(path) = &self.resume {
-            keep::resume(solver, path, begun)?;
-        }
-        Ok(self.checkpoint.map(|path| Keep::new(path, self.every, begun)))
-    }
-}
-
 /// A solve that is ready to run.
 struct Job<'py> {
     common: Common,
@@ -145,7 +106,7 @@ struct Job<'py> {
 }
 
 impl Job<'_> {
-    fn solve<T: Number, S: Space>(self, py: Python<'_>) -> PyResult<Solution> {
+    fn solve<T: Number, S: Space + Send>(self, py: Python<'_>) -> PyResult<Solution> {
         let Self {
             common,
             choices,
@@ -170,13 +131,12 @@ impl Job<'_> {
         let mut keep = states.begin(&mut solver)?;
         let callback = progress.map(Bound::unbind);
         let mut kept = Kept {
-            solver: &mut solver,
+            one: &mut solver,
             keep: keep.as_mut(),
         };
         let ended = watch::solve(py, &mut kept, params.threads, callback)?;
-        if let Some(error) = keep.and_then(|keep| keep.trouble) {
-            let text = CString::new(format!("checkpoint: the state could not be kept: {error}"))?;
-            PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &text, 1)?;
+        if let Some(keep) = keep {
+            keep.end(py)?;
         }
         if matches!(ended.status, Status::NotFinite | Status::NotReady) {
             return Err(PyFloatingPointError::new_err(

@@ -5,9 +5,10 @@ use crate::block::Block;
 use crate::choices::{Choices, set_options};
 use crate::effects;
 use crate::inputs::{self, Common, components, unusable};
+use crate::iterated::Kept;
+use crate::keep::{self, States};
 use crate::place::Number;
 use crate::plan::{Precision, under_ceiling};
-use crate::simulating::kept;
 use crate::steered::{Arrays, Found, found_templates, replayed};
 use crate::templates::{self, FoundTemplate};
 use crate::watch::{self, Ended};
@@ -22,9 +23,9 @@ use thurible_core::{D2, D3, Fluids, FluidsParams, FluidsPlan, Named, Space, Stat
 
 /// Searches for what carries the smoke of `source` through `keyframes` by Stable Fluids: `control` is one or several of "initial_velocity" (the default), "forces"
 /// and "templates". Takes the arguments of `solve` that it knows, and `slots`; `options` are those of `[method.stable_fluids]`. `initial_velocity` is a tuple by
-/// axis of arrays of the source's shape: everything is at the centres of cells.
+/// axis of arrays of the source's shape: everything is at the centres of cells. States are kept and gone on from as by `solve`.
 #[pyfunction]
-#[pyo3(signature = (source, keyframes, **choices), text_signature = "(source, keyframes, *, control='initial_velocity', steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, buoyancy=0.0, templates=None, force_weight=1000.0, weights=None, filters=None, match_mass=True, initial_velocity=None, options=None, slots='auto', iterations=60, threads=None, memory_limit=None, progress=None)")]
+#[pyo3(signature = (source, keyframes, **choices), text_signature = "(source, keyframes, *, control='initial_velocity', steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, buoyancy=0.0, templates=None, force_weight=1000.0, weights=None, filters=None, match_mass=True, initial_velocity=None, options=None, slots='auto', iterations=60, threads=None, memory_limit=None, progress=None, checkpoint=None, checkpoint_every=60.0, resume=None)")]
 pub fn stable_fluids<'py>(
     source: &Bound<'py, PyAny>,
     keyframes: &Bound<'py, PyAny>,
@@ -45,13 +46,23 @@ pub fn stable_fluids<'py>(
     }
     let emitters = effects::emitters(Some(&given))?;
     let steps = keyframes.iter().map(|(step, _)| *step).collect();
-    let others = ["control", "slots", "initial_velocity", "progress"];
-    let (choices, [control, slots, velocity, progress]) =
+    let [checkpoint, every, resume] = keep::ARGUMENTS;
+    let others = [
+        "control",
+        "slots",
+        "initial_velocity",
+        "progress",
+        checkpoint,
+        every,
+        resume,
+    ];
+    let (choices, [control, slots, velocity, progress, checkpoint, every, resume]) =
         Choices::read(&common.shape, steps, &emitters, Some(&given), others)?;
     if progress.as_ref().is_some_and(|progress| !progress.is_callable()) {
         let why = "cannot be called; give a function of one argument";
         return Err(refused("progress", why));
     }
+    let states = States::read([checkpoint, every, resume])?;
     let mut params = FluidsParams {
         controls: control.map_or(Ok(Controls::default()), |control| controls(&control))?,
         iterations: choices.params.iterations,
@@ -68,7 +79,8 @@ pub fn stable_fluids<'py>(
         velocity,
         progress,
         params,
-        slots: slots.map(kept),
+        slots: slots.map(Slots::of),
+        states,
         choices,
         common,
     };
@@ -110,6 +122,7 @@ struct Job<'py> {
     progress: Option<Bound<'py, PyAny>>,
     params: FluidsParams,
     slots: Option<Slots>,
+    states: States,
     choices: Choices,
     common: Common,
 }
@@ -136,7 +149,15 @@ impl Job<'_> {
             .map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
         let mass_factors = self.fill(&mut fluids)?;
         let callback = self.progress.as_ref().map(|progress| progress.clone().unbind());
-        let Ended { status, history, .. } = watch::solve(py, &mut fluids, params.threads, callback)?;
+        let mut keep = self.states.begin(&mut fluids)?;
+        let mut kept = Kept {
+            one: &mut fluids,
+            keep: keep.as_mut(),
+        };
+        let Ended { status, history, .. } = watch::solve(py, &mut kept, params.threads, callback)?;
+        if let Some(keep) = keep {
+            keep.end(py)?;
+        }
         if status == Status::NotFinite && history.is_empty() || status == Status::NotReady {
             let why = "the search left the finite numbers at once; use float64, or a slower initial_velocity";
             return Err(PyFloatingPointError::new_err(why));

@@ -5,6 +5,7 @@ import os
 import pathlib
 import signal
 import sys
+import tempfile
 import threading
 import time
 import unittest
@@ -240,6 +241,23 @@ class Search(unittest.TestCase):
         found = self.search(initial_velocity=ahead, progress=lambda entry: heard.append(entry.iteration) or len(heard) < 3)
         self.assertEqual((heard, found.status, len(found.history)), ([1, 2, 3], "cancelled", 3))
         self.assertLess(found.history[0].objective, self.search().history[0].objective)
+
+    def test_it_goes_on_from_its_state(self):
+        choices = {"control": ["initial_velocity", "forces"], "options": {"initial_weight": 0.1, "tolerance": 1e-12}, "iterations": 12}
+        with tempfile.TemporaryDirectory() as folder:
+            state = pathlib.Path(folder) / "state"
+            whole = self.search(**choices)
+            part = self.search(checkpoint=state, checkpoint_every=0, progress=lambda entry: entry.iteration < 5, **choices)
+            self.assertEqual((part.status, os.listdir(folder)), ("cancelled", ["state"]))
+            rest = self.search(resume=str(state), threads=1, slots=2, **choices)
+            for mine, theirs in zip((rest.density, *rest.velocity, *rest.force), (whole.density, *whole.velocity, *whole.force)):
+                np.testing.assert_array_equal(mine, theirs)
+            self.assertEqual([entry.objective for entry in rest.history], [entry.objective for entry in whole.history][4:])
+            with self.assertRaisesRegex(ValueError, "other arrays or choices"):
+                self.search(resume=state, force_weight=3.0, **choices)
+            state.write_bytes(state.read_bytes()[:-1])
+            with self.assertRaisesRegex(ValueError, "damaged"):
+                self.search(resume=state, **choices)
 
     def test_what_is_wrong_is_refused(self):
         for error, words, choices in [

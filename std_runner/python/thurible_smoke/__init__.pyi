@@ -504,6 +504,9 @@ def stable_fluids(
     threads: int | None = None,
     memory_limit: int | None = None,
     progress: Callable[[Progress], bool | None] | None = None,
+    checkpoint: str | PathLike[str] | None = None,
+    checkpoint_every: float = 60.0,
+    resume: str | PathLike[str] | None = None,
 ) -> StableFluids:
     """Searches for what carries the smoke of `source` through `keyframes` by Stable Fluids, for the controls that are named.
 
