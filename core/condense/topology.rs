@@ -40,9 +40,21 @@ impl<'t> Topology<'t> {
     /// Words that the topology of a mesh takes, those that only its making needs among them.
     #[must_use]
     pub fn words(mesh: &Mesh<'_>) -> usize {
-        let (n, corners, ends) = (mesh.vertices(), mesh.elements.len(), 2 * mesh.springs.len());
-        // place, vertex, colour, three lists of where rows begin; stars; ties; columns; marks, levels and degrees.
-        6 * n + 3 + corners + ends + (n + mesh.dims * corners + ends) + 3 * n
+        let counts = [mesh.vertices(), mesh.count(), mesh.springs.len()];
+        Self::words_of(mesh.dims, counts).unwrap_or(usize::MAX)
+    }
+
+    /// The same of a mesh of so many vertices, simplices and springs, if they can be counted.
+    #[must_use]
+    pub fn words_of(dims: usize, [vertices, simplices, springs]: [usize; 3]) -> Option<usize> {
+        let (corners, ends) = (simplices.checked_mul(dims + 1)?, springs.checked_mul(2)?);
+        // place, vertex, colour, three lists of where rows begin, marks, levels and degrees, and each vertex of its own columns,
+        let of_vertices = vertices.checked_mul(10)?.checked_add(3)?;
+        // stars and the columns that they make, ties and the same.
+        let of_stars = corners.checked_mul(dims + 1)?;
+        of_vertices
+            .checked_add(of_stars)?
+            .checked_add(ends.checked_mul(2)?)
     }
 
     /// The topology of a mesh, in at least [`Self::words`] words; `radius` is that of the basis' patches.

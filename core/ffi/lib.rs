@@ -21,11 +21,13 @@
 //! | [`steps`] | fields of every step, from arrays of the caller's or into them |
 //! | [`fluids`] | Stable Fluids, and the search for what moves it |
 //! | [`operator`] | a simulation that can be differentiated |
+//! | [`condense`] | an elastic body whose energy is minimised |
 //! | [`fields`] | results by a code: views and copies |
 //! | `trap` | the end of a panic |
 #![no_std]
 
 pub mod calls;
+pub mod condense;
 pub mod config;
 pub mod facts;
 pub mod fields;

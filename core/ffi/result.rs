@@ -1,6 +1,7 @@
 //! What calls return, and how a solve ended.
 
 use core::ffi::{CStr, c_char};
+use thurible_core::condense::CondenseError;
 use thurible_core::{InputError, PlanError, SavedError, SolverError, Status};
 
 /// The version of this library: major * 65536 + minor * 256 + patch.
@@ -187,6 +188,17 @@ impl From<SavedError> for ThuribleResult {
             SavedError::OtherSolve => Self::SavedOther,
             SavedError::Damaged => Self::SavedDamaged,
             _ => Self::Unknown,
+        }
+    }
+}
+
+impl From<CondenseError> for ThuribleResult {
+    fn from(error: CondenseError) -> Self {
+        match error {
+            CondenseError::TooLarge => Self::TooLarge,
+            CondenseError::Memory { .. } => Self::TooSmall,
+            CondenseError::Values => Self::NotFinite,
+            _ => Self::Config,
         }
     }
 }

@@ -42,6 +42,15 @@
 // `slots` of a configuration where nothing is kept for a way back: the flow alone, without gradients.
 #define THURIBLE_NO_WAY_BACK (UINT32_MAX - 1)
 
+// Vertices of a body at most,
+#define THURIBLE_MOST_VERTICES (1 << 24)
+
+// its simplices,
+#define THURIBLE_MOST_ELEMENTS (1 << 25)
+
+// and its springs.
+#define THURIBLE_MOST_SPRINGS (1 << 24)
+
 // What a call returns: 0, or why it was refused. What is refused changes nothing.
 typedef enum {
     // The call did what it was asked to do.
@@ -387,8 +396,75 @@ typedef enum {
     THURIBLE_SIMULATOR_STABLE_FLUIDS = 1,
 } ThuribleSimulator;
 
+// How far a block moves in a pass of a condensation.
+typedef enum {
+    // Coordinate condensation.
+    THURIBLE_CONDENSE_METHOD_CC = 0,
+    // Newton's method.
+    THURIBLE_CONDENSE_METHOD_NEWTON = 1,
+    // Each vertex by its own Hessian: vertex block descent.
+    THURIBLE_CONDENSE_METHOD_PLAIN = 2,
+    // JGS2.
+    THURIBLE_CONDENSE_METHOD_JGS2 = 3,
+    // The same by the gradient of the block alone.
+    THURIBLE_CONDENSE_METHOD_JGS2_LOCAL = 4,
+    // The energy along the basis of each block.
+    THURIBLE_CONDENSE_METHOD_PROJECTED = 5,
+    // The Hessian of the build in the place of today's.
+    THURIBLE_CONDENSE_METHOD_CHORD = 6,
+    // The same, turned with the body.
+    THURIBLE_CONDENSE_METHOD_WARPED = 7,
+} ThuribleCondenseMethod;
+
+// When the basis of a condensation is built, and whether it turns with the body.
+typedef enum {
+    // Once, at rest.
+    THURIBLE_CONDENSE_BASIS_FIXED = 0,
+    // Every few steps, from the state before.
+    THURIBLE_CONDENSE_BASIS_REBUILT = 1,
+    // Once, and turned.
+    THURIBLE_CONDENSE_BASIS_COROTATED = 2,
+    // Every few steps, and turned.
+    THURIBLE_CONDENSE_BASIS_COROTATED_REBUILT = 3,
+    // When four iterations have not halved the residual.
+    THURIBLE_CONDENSE_BASIS_ADAPTIVE = 4,
+    // The same, and turned.
+    THURIBLE_CONDENSE_BASIS_COROTATED_ADAPTIVE = 5,
+} ThuribleCondenseBasis;
+
+// What a block of a condensation is.
+typedef enum {
+    // All components of a vertex.
+    THURIBLE_CONDENSE_BLOCK_VERTEX = 0,
+    // One component.
+    THURIBLE_CONDENSE_BLOCK_SCALAR = 1,
+} ThuribleCondenseBlock;
+
+// Who moves when in a condensation.
+typedef enum {
+    // All at once.
+    THURIBLE_CONDENSE_ORDER_JACOBI = 0,
+    // Colour by colour.
+    THURIBLE_CONDENSE_ORDER_COLOURS = 1,
+} ThuribleCondenseOrder;
+
+// What is read of every vertex.
+typedef enum {
+    // Where it is.
+    THURIBLE_CONDENSE_PART_POSITION = 0,
+    // How far it is from rest.
+    THURIBLE_CONDENSE_PART_DISPLACEMENT = 1,
+    // The gradient of the energy by it, when that was made last; 0 of a held one.
+    THURIBLE_CONDENSE_PART_GRADIENT = 2,
+    // How far it goes along the direction that was found last; 0 of a held one.
+    THURIBLE_CONDENSE_PART_DIRECTION = 3,
+} ThuribleCondensePart;
+
 // A solve in memory of the caller: a handle, whose inside is the library's.
 typedef struct Thurible Thurible;
+
+// An elastic body whose energy is minimised step by step, in memory of the caller: a handle, whose inside is the library's.
+typedef struct ThuribleCondenser ThuribleCondenser;
 
 // A search by Stable Fluids, in memory of the caller: a handle, whose inside is the library's.
 typedef struct ThuribleFluids ThuribleFluids;
@@ -1019,6 +1095,103 @@ typedef struct {
     size_t repeated;
 } ThuribleRan;
 
+// A spring between two vertices.
+typedef struct {
+    // Its ends.
+    uint32_t ends[2];
+    // k of k/2 (l - L)^2.
+    double stiffness;
+    // L.
+    double rest_length;
+    // Whether a basis knows it, 0 or 1.
+    uint32_t in_basis;
+    // For later versions; must be 0.
+    uint32_t reserved;
+} ThuribleSpring;
+
+// An elastic body, and how its energy is minimised: begin with `thurible_condense_defaults`. Lists are copied when a body is made. Later versions add fields
+// at the end.
+typedef struct {
+    // `sizeof(ThuribleCondenseConfig)`, as `thurible_condense_defaults` writes it.
+    size_t size;
+    // A `ThuriblePrecision`; that of the state, `double` by default. What is given and read is `double` in either.
+    uint32_t precision;
+    // Components of a vector: 1 of a rod, 2 or 3.
+    uint32_t dimensions;
+    // Vertices.
+    size_t vertex_count;
+    // Where they are at rest: `dimensions` numbers for each.
+    const double *rest;
+    // Whether each is held, 0 or 1: its place is given, not found.
+    const uint8_t *held;
+    // Simplices,
+    size_t element_count;
+    // and their corners: `dimensions` + 1 vertices for each, in an order that makes volumes positive.
+    const uint32_t *elements;
+    // Springs; none by default.
+    size_t spring_count;
+    // See there.
+    const ThuribleSpring *springs;
+    // Vertices along each axis of a regular mesh, numbered along x first; zeros, the default, of any other. Colours are parities there.
+    size_t regular[3];
+    // Young's modulus.
+    double young;
+    // Poisson's ratio; a rod has none.
+    double poisson;
+    // Mass in a unit of area or volume.
+    double density;
+    // Cross section of a rod.
+    double area;
+    // A `ThuribleCondenseMethod`.
+    uint32_t method;
+    // A `ThuribleCondenseBasis`.
+    uint32_t basis;
+    // A `ThuribleCondenseBlock`.
+    uint32_t block;
+    // A `ThuribleCondenseOrder`.
+    uint32_t order;
+    // Steps from one build to the next, of rebuilt bases.
+    uint32_t rebuild;
+    // Edges within which a basis is kept; `THURIBLE_AUTOMATIC`, the default, keeps all.
+    uint32_t radius;
+    // The residual below which a step is solved.
+    double tolerance;
+    // Iterations of a step at most.
+    uint32_t cap;
+    // Whether steps along the direction are searched for, 0 or 1.
+    uint32_t search;
+    // Length of an implicit step; 0, the default, is quasi-static.
+    double dt;
+    // Threads that memory is planned for.
+    size_t threads;
+} ThuribleCondenseConfig;
+
+// A state before an iteration, or at the end of a step.
+typedef struct {
+    // How many iterations of this step came before.
+    size_t iteration;
+    // Builds so far.
+    size_t builds;
+    // The energy.
+    double energy;
+    // What is compared with the tolerance.
+    double residual;
+    // Part of the last direction that was gone, 0 at the beginning.
+    double length;
+} ThuribleIteration;
+
+// How a step of a body went.
+typedef struct {
+    // How it ended.
+    ThuribleStatus status;
+    // Its iterations.
+    size_t iterations;
+    // Builds of the basis, or of the factor that stands for it, in it.
+    size_t builds;
+    // States that were told of: before each iteration, and at the end.
+    size_t told;
+} ThuribleCondensed;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -1450,6 +1623,23 @@ ThuribleResult thurible_fluids_template_amplitude(ThuribleFluids *fluids,
                                                   size_t step,
                                                   double *amplitude);
 
+// How many bytes `thurible_fluids_save` writes.
+// Safety: `scene` and `config` as in `thurible_fluids_plan`; `bytes` is null or may be written.
+ThuribleResult thurible_fluids_saved_bytes(const ThuribleConfig *scene, const ThuribleFluidsConfig *config, size_t *bytes);
+
+// Saves the whole state of a search, densities included, as `thurible_save` does: into `bytes` of `size` bytes, `thurible_fluids_saved_bytes` or more.
+// Safety: `fluids` as in `thurible_fluids_close`; `bytes` is null or points to `size` bytes to write.
+ThuribleResult thurible_fluids_save(ThuribleFluids *fluids,
+                                    void *bytes,
+                                    size_t size);
+
+// Goes on from what `thurible_fluids_save` wrote, of exactly `thurible_fluids_saved_bytes`, as `thurible_restore` does: threads, ceiling, slots and iterations
+// may be others. Every later step gives the same bits; what is damaged or of another scene or choice is refused and changes nothing.
+// Safety: `fluids` as in `thurible_fluids_close`; `bytes` is null or points to `size` bytes.
+ThuribleResult thurible_fluids_restore(ThuribleFluids *fluids,
+                                       const void *bytes,
+                                       size_t size);
+
 // One iteration. `executor`, `observer` and `searched` may be null. How a search ends is in `searched`, `THURIBLE_STATUS_NOT_READY` where source or keyframes
 // are missing or nothing is searched for; this returns only refusals.
 // Safety: `fluids` as in `thurible_fluids_close`; `executor` and `observer` are null or keep to their contracts; `searched` is null or may be written.
@@ -1558,6 +1748,81 @@ ThuribleResult thurible_operator_vjp(ThuribleOperator *operator_,
                                      const ThuribleSteps *cotangents,
                                      const ThuribleSteps *gradients,
                                      ThuribleRan *ran);
+
+// How many bytes of memory, from a multiple of 8 on, `thurible_condense_plan` and `thurible_condense_explain` work in: who is joined to whom decides how many a
+// condenser takes.
+// Safety: `config` is null or points to a configuration; `bytes` is null or may be written.
+ThuribleResult thurible_condense_scratch(const ThuribleCondenseConfig *config,
+                                         size_t *bytes);
+
+// As `thurible_explain`, of a body and how it is condensed.
+// Safety: `config` and `scratch` as in `thurible_condense_plan`; `buffer` is null or points to `size` bytes.
+size_t thurible_condense_explain(const ThuribleCondenseConfig *config,
+                                 void *scratch,
+                                 size_t scratch_bytes,
+                                 char *buffer,
+                                 size_t size);
+
+// How many bytes a condenser takes, with copies of its body's lists, and on which multiple of bytes they must begin. `scratch`, of `scratch_bytes` bytes,
+// `thurible_condense_scratch` or more, is written over and free again afterwards; `bytes` and `alignment` may be null.
+// Safety: `config` is null or points to a configuration whose lists are there; `scratch` is null or points to as many bytes, which overlap nothing else;
+// the others are null or may be written.
+ThuribleResult thurible_condense_plan(const ThuribleCondenseConfig *config,
+                                      void *scratch,
+                                      size_t scratch_bytes,
+                                      size_t *bytes,
+                                      size_t *alignment);
+
+// Makes a condenser in `memory`, as `thurible_init` makes an instance: a body at rest.
+// Safety: `memory` is null or points to `bytes` bytes that nobody else uses; `config` as in `thurible_condense_plan`; `out` is null or may be written.
+ThuribleResult thurible_condense_init(void *memory,
+                                      size_t bytes,
+                                      const ThuribleCondenseConfig *config,
+                                      ThuribleCondenser **out);
+
+// Ends a condenser: its memory is the caller's again.
+// Safety: `condenser` is null or points to memory of a condenser's size.
+ThuribleResult thurible_condense_close(ThuribleCondenser *condenser);
+
+// As `thurible_message`, of the last call with this condenser.
+// Safety: `condenser` as in `thurible_condense_close`; `buffer` is null or points to `size` bytes.
+size_t thurible_condense_message(const ThuribleCondenser *condenser, char *buffer, size_t size);
+
+// Fills a configuration of `size` bytes, `sizeof(ThuribleCondenseConfig)` of the program that calls, with the defaults.
+// Safety: `config` is null or points to `size` bytes to write.
+ThuribleResult thurible_condense_defaults(ThuribleCondenseConfig *config, size_t size);
+
+// Copies what `part`, a `ThuribleCondensePart`, says of all vertices into `out` of exactly `bytes` bytes: `dimensions` numbers for each vertex.
+// Safety: `condenser` as in `thurible_condense_close`; `out` is null or points to `bytes` bytes to write.
+ThuribleResult thurible_condense_read(ThuribleCondenser *condenser,
+                                      uint32_t part,
+                                      double *out,
+                                      size_t bytes);
+
+// The next step: every vertex, held or not, is moved by `shift`, `dimensions` numbers for each and `shift_bytes` in all (null and 0 for none), `gravity`, three
+// numbers or null, accelerates all, and the energy is minimised. The states before each iteration and at the end are written to the first `room` entries of
+// `states`. `executor`, `observer`, `states` and `stepped` may be null. How it ends is in `stepped`; this returns only refusals, before anything has changed.
+// Safety: `condenser` as in `thurible_condense_close`; `executor` and `observer` are null or keep to their contracts; `shift` is null or points to `shift_bytes`
+// bytes, `gravity` to three numbers, `states` to `room` entries to write; `stepped` is null or may be written.
+ThuribleResult thurible_condense_step(ThuribleCondenser *condenser,
+                                      const ThuribleExecutor *executor,
+                                      const ThuribleObserver *observer,
+                                      const double *shift,
+                                      size_t shift_bytes,
+                                      const double *gravity,
+                                      ThuribleIteration *states,
+                                      size_t room,
+                                      ThuribleCondensed *stepped);
+
+// Adds `shift`, `dimensions` numbers for each vertex and `bytes` in all, to their displacements.
+// Safety: `condenser` as in `thurible_condense_close`; `shift` is null or points to `bytes` bytes.
+ThuribleResult thurible_condense_shift(ThuribleCondenser *condenser, const double *shift, size_t bytes);
+
+// Gives free vertices a velocity, `dimensions` numbers for each vertex and `bytes` in all, before an implicit step; refused where `dt` is 0.
+// Safety: `condenser` as in `thurible_condense_close`; `velocity` is null or points to `bytes` bytes.
+ThuribleResult thurible_condense_set_velocity(ThuribleCondenser *condenser,
+                                              const double *velocity,
+                                              size_t bytes);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -19,19 +19,10 @@ pub unsafe extern "C" fn thurible_save(
 ) -> ThuribleResult {
     // SAFETY: the caller's promises.
     unsafe {
-        instance::enter(instance, |body| {
-            if bytes.is_null() {
-                return Err(ThuribleResult::Null.into());
-            }
-            let needed = each!(&body.solver, solver => solver.saved_bytes());
-            if size < needed {
-                return Err(ThuribleResult::Length.into());
-            }
-            // No byte is read before it is written, but a slice must not hold what was never written.
-            bytes.cast::<u8>().write_bytes(0, needed);
-            let bytes = core::slice::from_raw_parts_mut(bytes.cast::<u8>(), needed);
-            Ok(each!(&mut body.solver, solver => solver.save(bytes))?)
-        })
+        instance::enter(
+            instance,
+            |body| each!(&mut body.solver, solver => instance::save(solver, bytes, size)),
+        )
     }
 }
 
@@ -50,14 +41,7 @@ pub unsafe extern "C" fn thurible_restore(
     // SAFETY: the caller's promises.
     unsafe {
         instance::enter(instance, |body| {
-            if bytes.is_null() {
-                return Err(ThuribleResult::Null.into());
-            }
-            if size > isize::MAX as usize {
-                return Err(ThuribleResult::Length.into());
-            }
-            let bytes = core::slice::from_raw_parts(bytes.cast::<u8>(), size);
-            each!(&mut body.solver, solver => solver.restore(bytes))?;
+            each!(&mut body.solver, solver => instance::restore(solver, bytes, size))?;
             body.report = Report::default();
             body.progress = each!(&body.solver, solver => {
                 let objective = solver.objective();

@@ -3,6 +3,7 @@
 use crate::result::ThuribleResult;
 use core::fmt;
 use thurible_core::PlanError;
+use thurible_core::condense::CondenseError;
 use thurible_core::tomography::TomographyError;
 
 /// Names of a list and of its length, and the most that it may have.
@@ -49,6 +50,8 @@ pub enum ConfigError {
     Plan(PlanError),
     /// The core refuses cameras or settings.
     Tomography(TomographyError),
+    /// The core refuses a body, or how it is condensed.
+    Condense(CondenseError),
 }
 
 impl ConfigError {
@@ -59,8 +62,21 @@ impl ConfigError {
             Self::Result(result) => result,
             Self::Plan(error) => error.into(),
             Self::Tomography(error) => error.into(),
+            Self::Condense(error) => error.into(),
             _ => ThuribleResult::Config,
         }
+    }
+}
+
+impl From<ThuribleResult> for ConfigError {
+    fn from(result: ThuribleResult) -> Self {
+        Self::Result(result)
+    }
+}
+
+impl From<CondenseError> for ConfigError {
+    fn from(error: CondenseError) -> Self {
+        Self::Condense(error)
     }
 }
 
@@ -99,6 +115,7 @@ impl fmt::Display for ConfigError {
             }
             Self::Plan(error) => error.fmt(f),
             Self::Tomography(error) => error.fmt(f),
+            Self::Condense(error) => error.fmt(f),
         }
     }
 }

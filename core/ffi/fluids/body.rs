@@ -3,10 +3,10 @@
 use super::config::{ThuribleFluidsConfig, fitted};
 use super::searched::ThuribleSearched;
 use crate::config::{ConfigError, ThuribleConfig};
-use crate::instance::{self, Any, Handle, place_bytes};
+use crate::instance::{self, Any, Handle, with_place};
 use crate::result::ThuribleResult;
 use crate::typed;
-use thurible_core::{D2, D3, Fluids, SolverError};
+use thurible_core::{D2, D3, Fluids, FluidsParams, Problem, Real, Space};
 
 /// A search by Stable Fluids, in memory of the caller: a handle, whose inside is the library's.
 pub struct ThuribleFluids {
@@ -39,7 +39,65 @@ pub struct Body {
     pub searched: ThuribleSearched,
 }
 
-/// Bytes of a search with its place, states that it keeps, and steps that a gradient repeats.
+/// What is planned of Stable Fluids.
+#[derive(Clone, Copy, Debug)]
+pub struct Planned {
+    /// Bytes of memory that the caller must bring.
+    pub bytes: usize,
+    /// Bytes of a search that is saved.
+    pub saved: usize,
+    /// States that are kept for the way back.
+    pub slots: usize,
+    /// Steps that a gradient repeats.
+    pub repeated: usize,
+}
+
+impl Planned {
+    /// What is planned behind the place of an `H`; `slots` as the configuration has them.
+    ///
+    /// # Errors
+    /// [`ConfigError`].
+    // Not inlined: a plan takes much of a stack.
+    #[inline(never)]
+    pub fn behind<H: Handle, T: Real, S: Space>(
+        problem: &Problem<'_>,
+        chosen: &FluidsParams,
+        (slots, ceiling): (u32, Option<usize>),
+    ) -> Result<Self, ConfigError> {
+        let (params, plan) = fitted::<T, S>(problem, chosen, slots, ceiling)?;
+        Ok(Self {
+            bytes: with_place::<H>(plan.bytes())?,
+            saved: plan.saved_bytes(),
+            slots: params.slots.states(),
+            repeated: params.slots.repeated_steps(problem.steps),
+        })
+    }
+}
+
+/// Stable Fluids behind the place of an `H` in the first bytes of `memory`; `slots` as the configuration has them.
+///
+/// # Errors
+/// [`ThuribleResult`].
+///
+/// # Safety
+/// `memory` is null or points to `bytes` bytes that nobody else uses while they live.
+#[inline(never)]
+pub unsafe fn made<H: Handle, T: Real, S: Space>(
+    (memory, bytes): (*mut u8, usize),
+    problem: &Problem<'_>,
+    chosen: &FluidsParams,
+    (slots, ceiling): (u32, Option<usize>),
+) -> Result<Fluids<'static, T, S>, ThuribleResult> {
+    let (params, needed) = {
+        let (params, plan) = fitted::<T, S>(problem, chosen, slots, ceiling)?;
+        (params, with_place::<H>(plan.bytes())?)
+    };
+    // SAFETY: the caller's promise.
+    let block = unsafe { instance::behind::<H>(memory, bytes, needed) }?;
+    Ok(Fluids::new(problem, &params, block)?)
+}
+
+/// Plans a search.
 ///
 /// # Errors
 /// [`ConfigError`].
@@ -47,23 +105,16 @@ pub struct Body {
 /// # Safety
 /// The lists of the scene have as many entries as it says.
 #[inline(never)]
-pub unsafe fn plan(scene: &ThuribleConfig, config: &ThuribleFluidsConfig) -> Result<[usize; 3], ConfigError> {
-    let (kind, ceiling) = (scene.kind()?, scene.ceiling());
+pub unsafe fn plan(scene: &ThuribleConfig, config: &ThuribleFluidsConfig) -> Result<Planned, ConfigError> {
+    let (kind, kept) = (scene.kind()?, (config.slots, scene.ceiling()));
     let chosen = config.params(scene.threads)?;
     // SAFETY: the caller's promise.
     let planned = unsafe {
         scene.with(|problem, _| {
-            let planned = typed!(kind, T, S, _W => fitted::<T, S>(problem, &chosen, config.slots, ceiling));
-            planned.map(|(params, bytes)| {
-                let repeated = params.slots.repeated_steps(problem.steps);
-                [bytes, params.slots.states(), repeated]
-            })
+            typed!(kind, T, S, _W => Planned::behind::<ThuribleFluids, T, S>(problem, &chosen, kept))
         })
     };
-    let [bytes, slots, repeated] = planned?.map_err(ConfigError::Plan)?;
-    let bytes = bytes.checked_add(const { place_bytes::<ThuribleFluids>() });
-    let bytes = bytes.ok_or(ConfigError::Result(ThuribleResult::TooLarge))?;
-    Ok([bytes, slots, repeated])
+    planned.flatten()
 }
 
 /// Makes a search in the first bytes of `memory`.
@@ -79,23 +130,20 @@ pub unsafe fn make(
     scene: &ThuribleConfig,
     config: &ThuribleFluidsConfig,
 ) -> Result<*mut ThuribleFluids, ThuribleResult> {
+    let kind = scene.kind().map_err(ConfigError::result)?;
+    let chosen = config.params(scene.threads).map_err(ConfigError::result)?;
+    let kept = (config.slots, scene.ceiling());
     // SAFETY: the caller's promises.
     let fluids = unsafe {
-        let [needed, ..] = plan(scene, config).map_err(ConfigError::result)?;
-        let (kind, ceiling) = (scene.kind().map_err(ConfigError::result)?, scene.ceiling());
-        let chosen = config.params(scene.threads).map_err(ConfigError::result)?;
-        let block = instance::behind::<ThuribleFluids>(memory, bytes, needed)?;
         scene.with(|problem, _| {
             typed!(kind, T, S, Wrap => {
-                let (params, _) = fitted::<T, S>(problem, &chosen, config.slots, ceiling)?;
-                Ok::<AnyFluids, SolverError>(Wrap(Fluids::<T, S>::new(problem, &params, block)?))
+                made::<ThuribleFluids, T, S>((memory, bytes), problem, &chosen, kept).map(Wrap)
             })
         })
     };
-    let fluids = fluids.map_err(ConfigError::result)??;
-    let (precision, _) = scene.kind().map_err(ConfigError::result)?;
+    let (precision, _) = kind;
     let body = Body {
-        fluids,
+        fluids: fluids.map_err(ConfigError::result)??,
         number: precision as usize,
         threads: scene.threads,
         searched: ThuribleSearched::default(),

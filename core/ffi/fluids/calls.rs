@@ -13,7 +13,7 @@ use core::ffi::{c_char, c_void};
 ///
 /// # Safety
 /// They are null or point to configurations.
-unsafe fn read(
+pub unsafe fn read(
     scene: *const ThuribleConfig,
     config: *const ThuribleFluidsConfig,
 ) -> Result<(ThuribleConfig, ThuribleFluidsConfig), ConfigError> {
@@ -55,7 +55,8 @@ pub unsafe extern "C" fn thurible_fluids_plan(
     // SAFETY: the caller's promises.
     unsafe {
         asked::plan([bytes, slots, repeated], alignment, || {
-            read(scene, config).and_then(|(scene, config)| plan(&scene, &config))
+            let planned = read(scene, config).and_then(|(scene, config)| plan(&scene, &config))?;
+            Ok([planned.bytes, planned.slots, planned.repeated])
         })
     }
 }

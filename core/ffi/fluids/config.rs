@@ -155,7 +155,7 @@ impl ThuribleFluidsConfig {
     }
 }
 
-/// Choices with what is kept for the way back, within a ceiling, and the bytes of all.
+/// Choices with what is kept for the way back, within a ceiling, and their plan.
 ///
 /// # Errors
 /// [`PlanError`].
@@ -164,15 +164,13 @@ pub fn fitted<T: Real, S: Space>(
     params: &FluidsParams,
     slots: u32,
     ceiling: Option<usize>,
-) -> Result<(FluidsParams, usize), PlanError> {
+) -> Result<(FluidsParams, FluidsPlan), PlanError> {
     let slots = match slots {
         THURIBLE_AUTOMATIC => None,
-        0 => Some(Slots::Tape),
         THURIBLE_NO_WAY_BACK => Some(Slots::None),
-        states => Some(Slots::States(wide(states))),
+        states => Some(Slots::of(wide(states))),
     };
-    let (params, plan) = FluidsPlan::within::<T, S>(problem, params, slots, ceiling)?;
-    Ok((params, plan.bytes()))
+    FluidsPlan::within::<T, S>(problem, params, slots, ceiling)
 }
 
 /// Fills a configuration of `size` bytes, `sizeof(ThuribleFluidsConfig)` of the program that calls, with the defaults.

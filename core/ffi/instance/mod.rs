@@ -8,21 +8,20 @@ pub mod asked;
 mod body;
 mod enter;
 mod handle;
+mod keep;
 mod make;
 mod plan;
 mod progress;
 mod refusal;
+mod saved;
 
 pub use any::Any;
 pub use body::{AnySolver, Body, Sizes, Thurible};
 pub use enter::{close, enter, message};
-pub use handle::{ALIGN, Handle};
+pub use handle::{ALIGN, Handle, with_place};
+pub use keep::{keep, kept_bytes};
 pub use make::{behind, make, settle};
 pub use plan::{Planned, plan};
 pub use progress::ThuribleProgress;
 pub use refusal::Refusal;
-
-/// Bytes of a handle's place, before the block behind it.
-pub const fn place_bytes<H: Handle>() -> usize {
-    handle::block::<H>()
-}
+pub use saved::{restore, save};

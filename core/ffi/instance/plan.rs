@@ -1,9 +1,8 @@
 //! How many bytes an instance takes.
 
 use super::body::Thurible;
-use super::handle::block;
+use super::handle::with_place;
 use crate::config::{ConfigError, ThuribleConfig};
-use crate::result::ThuribleResult;
 use crate::typed;
 use thurible_core::{Params, Plan, Problem, Real, Space};
 
@@ -36,12 +35,8 @@ pub unsafe fn plan(config: &ThuribleConfig) -> Result<Planned, ConfigError> {
 #[inline(never)]
 fn sizes_of<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<Planned, ConfigError> {
     let plan = Plan::new::<T, S>(problem, params)?;
-    let bytes = plan
-        .bytes()
-        .checked_add(const { block::<Thurible>() })
-        .ok_or(ConfigError::Result(ThuribleResult::TooLarge))?;
     Ok(Planned {
-        bytes,
+        bytes: with_place::<Thurible>(plan.bytes())?,
         saved: plan.saved_bytes(),
     })
 }

@@ -2,6 +2,7 @@
 
 use crate::result::ThuribleResult;
 use core::fmt;
+use thurible_core::condense::CondenseError;
 use thurible_core::operator::OperatorError;
 use thurible_core::tomography::{Fault, TomographyError};
 use thurible_core::{InputError, SavedError};
@@ -19,6 +20,8 @@ pub enum Refusal {
     Tomography(TomographyError),
     /// Something of an operator was refused.
     Operator(OperatorError),
+    /// What was given to a body was refused.
+    Condense(CondenseError),
 }
 
 impl fmt::Display for Refusal {
@@ -30,6 +33,7 @@ impl fmt::Display for Refusal {
             Self::Saved(error) => error.fmt(f),
             Self::Tomography(error) => error.fmt(f),
             Self::Operator(error) => error.fmt(f),
+            Self::Condense(error) => error.fmt(f),
         }
     }
 }
@@ -67,7 +71,14 @@ impl Refusal {
             Self::Saved(error) => error.into(),
             Self::Tomography(error) => error.into(),
             Self::Operator(error) => error.into(),
+            Self::Condense(error) => error.into(),
         }
+    }
+}
+
+impl From<CondenseError> for Refusal {
+    fn from(error: CondenseError) -> Self {
+        Self::Condense(error)
     }
 }
 

@@ -2,14 +2,12 @@
 
 use super::config::{Chosen, ThuribleOperatorConfig};
 use crate::config::{ConfigError, ThuribleConfig};
-use crate::fluids::{AnyFluids, fitted};
-use crate::instance::{self, Any, Handle, place_bytes};
+use crate::fluids::{AnyFluids, Planned, made};
+use crate::instance::{self, Any, Handle, with_place};
 use crate::result::ThuribleResult;
 use crate::steps::{PARTS, lens};
 use crate::typed;
-use thurible_core::{
-    D2, D3, Fluids, Operator, OperatorParams, OperatorPlan, Problem, Real, SolverError, Space,
-};
+use thurible_core::{D2, D3, Operator, OperatorParams, OperatorPlan, Problem, Real, Space};
 
 /// A simulation that can be differentiated, in memory of the caller: a handle, whose inside is the library's.
 pub struct ThuribleOperator {
@@ -74,14 +72,6 @@ pub struct Body {
     pub differentiated: bool,
 }
 
-/// Bytes of an operator with its place, states that it keeps, and steps that a gradient repeats.
-#[derive(Clone, Copy, Debug)]
-pub struct Planned {
-    pub bytes: usize,
-    pub slots: usize,
-    pub repeated: usize,
-}
-
 /// Plans an operator.
 ///
 /// # Errors
@@ -91,28 +81,17 @@ pub struct Planned {
 /// As [`ThuribleOperatorConfig::with`].
 #[inline(never)]
 pub unsafe fn plan(scene: &ThuribleConfig, config: &ThuribleOperatorConfig) -> Result<Planned, ConfigError> {
-    let kind = scene.kind()?;
-    let ceiling = scene.ceiling();
+    let (kind, ceiling) = (scene.kind()?, scene.ceiling());
     // SAFETY: the caller's promise.
     let planned = unsafe {
         config.with(scene, |problem, chosen| match chosen {
             Chosen::Implicit(params) => typed!(kind, T, S, _W => implicit::<T, S>(problem, params)),
             Chosen::Fluids(params, slots) => typed!(kind, T, S, _W => {
-                let (params, bytes) = fitted::<T, S>(problem, params, *slots, ceiling)?;
-                Ok(Planned {
-                    bytes,
-                    slots: params.slots.states(),
-                    repeated: params.slots.repeated_steps(problem.steps),
-                })
+                Planned::behind::<ThuribleOperator, T, S>(problem, params, (*slots, ceiling))
             }),
         })
     };
-    let planned = planned.flatten()?;
-    let bytes = planned
-        .bytes
-        .checked_add(const { place_bytes::<ThuribleOperator>() })
-        .ok_or(ConfigError::Result(ThuribleResult::TooLarge))?;
-    Ok(Planned { bytes, ..planned })
+    planned.flatten()
 }
 
 #[inline(never)]
@@ -122,7 +101,9 @@ fn implicit<T: Real, S: Space>(
 ) -> Result<Planned, ConfigError> {
     let plan = OperatorPlan::new::<T, S>(problem, params)?;
     Ok(Planned {
-        bytes: plan.bytes(),
+        bytes: with_place::<ThuribleOperator>(plan.bytes())?,
+        // An operator is not saved.
+        saved: 0,
         slots: plan.slots(),
         repeated: plan.repeated_steps(),
     })
@@ -141,24 +122,22 @@ pub unsafe fn make(
     scene: &ThuribleConfig,
     config: &ThuribleOperatorConfig,
 ) -> Result<*mut ThuribleOperator, ThuribleResult> {
+    let kind = scene.kind().map_err(ConfigError::result)?;
+    let room = (memory, bytes);
     // SAFETY: the caller's promises.
     let simulator = unsafe {
-        let needed = plan(scene, config).map_err(ConfigError::result)?.bytes;
-        let kind = scene.kind().map_err(ConfigError::result)?;
-        let block = instance::behind::<ThuribleOperator>(memory, bytes, needed)?;
         config.with(scene, |problem, chosen| match chosen {
             Chosen::Implicit(params) => typed!(kind, T, S, Wrap => {
-                made(Operator::<T, S>::new(problem, params, block), Wrap).map(AnySimulator::Implicit)
+                of_implicit::<T, S>(room, problem, params).map(|one| AnySimulator::Implicit(Wrap(one)))
             }),
             Chosen::Fluids(params, slots) => typed!(kind, T, S, Wrap => {
-                let ceiling = scene.ceiling();
-                let (params, _) = fitted::<T, S>(problem, params, *slots, ceiling)?;
-                made(Fluids::<T, S>::new(problem, &params, block), Wrap).map(AnySimulator::Fluids)
+                made::<ThuribleOperator, T, S>(room, problem, params, (*slots, scene.ceiling()))
+                    .map(|one| AnySimulator::Fluids(Wrap(one)))
             }),
         })
     };
     let simulator = simulator.map_err(ConfigError::result)??;
-    let (precision, _) = scene.kind().map_err(ConfigError::result)?;
+    let (precision, _) = kind;
     let lens = simulator!(&simulator, one => lens(one));
     let body = Body {
         simulator,
@@ -176,7 +155,18 @@ pub unsafe fn make(
     Ok(handle)
 }
 
-/// What was made, as one of its kind.
-fn made<M, A>(made: Result<M, SolverError>, wrap: fn(M) -> A) -> Result<A, ThuribleResult> {
-    Ok(wrap(made?))
+/// # Safety
+/// As [`make`].
+#[inline(never)]
+unsafe fn of_implicit<T: Real, S: Space>(
+    (memory, bytes): (*mut u8, usize),
+    problem: &Problem<'_>,
+    params: &OperatorParams,
+) -> Result<Operator<'static, T, S>, ThuribleResult> {
+    let needed = implicit::<T, S>(problem, params)
+        .map_err(ConfigError::result)?
+        .bytes;
+    // SAFETY: the caller's promise.
+    let block = unsafe { instance::behind::<ThuribleOperator>(memory, bytes, needed) }?;
+    Ok(Operator::new(problem, params, block)?)
 }

@@ -87,7 +87,7 @@ static int goes_through(const ThuribleConfig *config, size_t bytes, size_t saved
     for (size_t index = 0; index < config->emitter_count; index++) thurible_set_emitter(solver, index, field, size);
     int solved = thurible_step(solver, NULL, NULL, &progress) == 0;
     if (saved_bytes <= MOST && !thurible_save(solver, saved, saved_bytes)) {
-        for (size_t count = below(3); count > 0; count--) change(saved, below(2) ? 1024 : saved_bytes / 8 * 8);
+        for (size_t count = below(3); count > 0; count--) change(saved, below(2) ? 1536 : saved_bytes / 8 * 8);
         thurible_restore(solver, saved, below(8) ? saved_bytes : below(saved_bytes));
         thurible_step(solver, NULL, NULL, &progress);
     }
@@ -96,8 +96,57 @@ static int goes_through(const ThuribleConfig *config, size_t bytes, size_t saved
     return solved;
 }
 
+static double rest[27];
+static uint32_t corners[32];
+static uint8_t held[9];
+static ThuribleSpring springs[2];
+
+/* A square of eight triangles with anything in it, and two steps of it: 1 where it was planned, 2 where it took a step, -1 for a refusal without a reason. */
+static int body(void) {
+    ThuribleCondenseConfig config;
+    ThuribleCondenser *condenser = NULL;
+    ThuribleCondensed stepped;
+    ThuribleIteration told[2];
+    char text[300];
+    size_t bytes = 0, scratch = 0;
+    unsigned char *memory = memory_ + (4096 - (uintptr_t)memory_ % 4096) % 4096;
+    if (thurible_condense_defaults(&config, sizeof config)) return -1;
+    for (size_t at = 0; at < 9; at++) rest[2 * at] = (double)(at % 3) / 2, rest[2 * at + 1] = (double)(at / 3) / 2, held[at] = at % 3 == 0;
+    for (size_t cell = 0; cell < 4; cell++) {
+        const uint32_t a = (uint32_t)(cell % 2 + 3 * (cell / 2)), all[6] = {a, a + 1, a + 4, a, a + 4, a + 3};
+        memcpy(corners + 6 * cell, all, sizeof all);
+    }
+    memset(springs, 0, sizeof springs);
+    springs[0].ends[1] = 8, springs[0].stiffness = 1.0, springs[1] = springs[0];
+    config.cap = 2, config.method = (uint32_t)below(8), config.basis = below(2) ? 0 : (uint32_t)below(6), config.precision = below(2) ? 4 : 8;
+    for (size_t changes = below(4); changes > 0; changes--) change((unsigned char *)&config, sizeof config);
+    if (config.cap > 8 && config.cap <= 100000000) config.cap = 8;
+    config.vertex_count = below(16) ? 9 : below(10), config.rest = rest, config.held = held;
+    config.element_count = below(16) ? 8 : below(9), config.elements = corners;
+    config.spring_count = below(3), config.springs = springs;
+    if (!below(3)) change((unsigned char *)rest, sizeof rest);
+    if (!below(4)) change((unsigned char *)corners, sizeof corners);
+    if (!below(4)) held[below(9)] = (uint8_t)below(3);
+    if (!below(4)) change((unsigned char *)springs, sizeof springs);
+    int refused = thurible_condense_scratch(&config, &scratch);
+    if (!refused) refused = thurible_condense_plan(&config, saved, MOST, &bytes, NULL);
+    if (refused) return thurible_condense_explain(&config, saved, MOST, text, sizeof text) ? 0 : -1;
+    if (bytes > MOST || thurible_condense_init(memory, bytes, &config, &condenser)) return 1;
+    const size_t size = config.vertex_count * config.dimensions * sizeof(double);
+    for (int step = 0; step < 2; step++) {
+        if (!below(4)) change((unsigned char *)field, 16 * 9);
+        const int moves = below(2) != 0;
+        thurible_condense_step(condenser, NULL, NULL, moves ? field : NULL, moves ? size : 8 * below(2), below(2) ? field : NULL, told, below(3), &stepped);
+        thurible_condense_set_velocity(condenser, field, size);
+    }
+    thurible_condense_read(condenser, (uint32_t)below(5), field, size);
+    thurible_condense_message(condenser, text, sizeof text);
+    thurible_condense_close(condenser);
+    return 2;
+}
+
 int main(int count, char **arguments) {
-    size_t runs = count > 1 ? (size_t)strtoull(arguments[1], NULL, 10) : 100000, planned = 0, solved = 0;
+    size_t runs = count > 1 ? (size_t)strtoull(arguments[1], NULL, 10) : 100000, planned = 0, solved = 0, bodies = 0, moved = 0;
     if (count > 2) state ^= strtoull(arguments[2], NULL, 10);
     double slowest = 0;
     for (size_t run = 0; run < runs; run++) {
@@ -120,6 +169,12 @@ int main(int count, char **arguments) {
             planned++;
             if (bytes <= MOST) solved += (size_t)goes_through(&config, bytes, saved_bytes);
         }
+        const int went = body();
+        if (went < 0) {
+            printf("run %zu: a body is refused without a reason\n", run);
+            return 1;
+        }
+        bodies += went > 0, moved += went > 1;
         double took = seconds() - begun;
         if (took > slowest) slowest = took;
         /* A step of many iterations within may be asked for: what is asked for is no hang. */
@@ -129,5 +184,6 @@ int main(int count, char **arguments) {
         }
     }
     printf("| C arguments | %zu | %zu planned, %zu took a step | %zu | %.0f ms | |\n", runs, planned, solved, runs - planned, 1e3 * slowest);
+    printf("| C bodies | %zu | %zu planned, %zu took a step | %zu | | |\n", runs, bodies, moved, runs - bodies);
     return 0;
 }

@@ -498,6 +498,48 @@ static void ceilings(uint32_t simulator) {
 
 static double blob(double x, double y, double at) { return exp(-((x - at) * (x - at) + (y - 7.5) * (y - 7.5)) / 8.0); }
 
+/* The search in another block, planned for other states, from its saved bytes; damaged and other ones are refused and change nothing. */
+static ThuribleFluids *elsewhere(ThuribleFluids *fluids, ThuribleConfig scene, ThuribleFluidsConfig config, void **memory) {
+    size_t bytes = 0, saved_bytes = 0;
+    OK(thurible_fluids_saved_bytes(&scene, &config, &saved_bytes));
+    IS(thurible_fluids_saved_bytes(NULL, &config, &saved_bytes), NULL);
+    unsigned char *saved = (unsigned char *)aligned(saved_bytes + 1);
+    IS(thurible_fluids_save(fluids, saved, saved_bytes - 1), LENGTH);
+    IS(thurible_fluids_save(fluids, NULL, saved_bytes), NULL);
+    OK(thurible_fluids_save(fluids, saved, saved_bytes + 1));
+    CHECK(saved[saved_bytes] == 0xA5);
+    config.slots = 0;
+    config.sweeps += 1;
+    OK(thurible_fluids_plan(&scene, &config, &bytes, NULL, NULL, NULL));
+    void *other = aligned(bytes);
+    ThuribleFluids *there = NULL;
+    OK(thurible_fluids_init(other, bytes, &scene, &config, &there));
+    IS(thurible_fluids_restore(there, saved, saved_bytes), SAVED_OTHER);
+    OK(thurible_fluids_close(there));
+    config.sweeps -= 1;
+    OK(thurible_fluids_init(other, bytes, &scene, &config, &there));
+    ThuribleSearched searched;
+    IS(thurible_fluids_restore(there, saved, saved_bytes - 1), LENGTH);
+    IS(thurible_fluids_restore(there, NULL, saved_bytes), NULL);
+    const size_t places[] = {0, 8, 40, saved_bytes / 2, saved_bytes - 1};
+    const ThuribleResult wanted[] = {THURIBLE_RESULT_NOT_SAVED, THURIBLE_RESULT_SAVED_FORMAT, THURIBLE_RESULT_SAVED_DAMAGED, THURIBLE_RESULT_SAVED_DAMAGED, THURIBLE_RESULT_SAVED_DAMAGED};
+    for (size_t place = 0; place < 5; place++) {
+        saved[places[place]] ^= 4;
+        check_result(__LINE__, "a damaged state", thurible_fluids_restore(there, saved, saved_bytes), wanted[place]);
+        OK(thurible_fluids_step(there, NULL, NULL, &searched));
+        CHECK(searched.status == THURIBLE_STATUS_NOT_READY);
+        saved[places[place]] ^= 4;
+    }
+    OK(thurible_fluids_restore(there, saved, saved_bytes));
+    unsigned char *again = (unsigned char *)aligned(saved_bytes);
+    OK(thurible_fluids_save(there, again, saved_bytes));
+    CHECK(memcmp(again, saved, saved_bytes) == 0);
+    OK(thurible_fluids_close(fluids));
+    free(*memory), free(saved), free(again);
+    *memory = other;
+    return there;
+}
+
 /* A blob goes to the right by each control; what is found is read, and steps are the same as a solve. */
 static void searches(uint32_t precision, uint32_t controls) {
     const size_t keyframe = 6, number = precision, cells = SIDE * SIDE, bytes_of = cells * number;
@@ -551,6 +593,7 @@ static void searches(uint32_t precision, uint32_t controls) {
         IS(thurible_fluids_set_initial_velocity(fluids, 0, source, bytes_of), INDEX);
         OK(thurible_fluids_step(fluids, NULL, NULL, &first));
         CHECK(first.status == THURIBLE_STATUS_GOES && first.repeated == repeated);
+        if (!whole) fluids = elsewhere(fluids, scene, config, &memory);
         if (whole) {
             OK(thurible_fluids_solve(fluids, NULL, NULL, &searched));
         } else {

@@ -3,7 +3,7 @@
 use super::camera::THURIBLE_MOST_CAMERAS;
 use super::config::ThuribleTomographyConfig;
 use crate::config::{ConfigError, ThuriblePrecision};
-use crate::instance::{self, ALIGN, Any, Handle, place_bytes};
+use crate::instance::{self, ALIGN, Any, Handle, keep, with_place};
 use crate::result::ThuribleResult;
 use core::mem::MaybeUninit;
 use thurible_core::Real;
@@ -62,7 +62,7 @@ pub unsafe fn plan(config: &ThuribleTomographyConfig) -> Result<usize, ConfigErr
             (ThuriblePrecision::F64, _) => config.with(bytes_of::<f64, 3>),
         }
     };
-    planned?.ok_or(ConfigError::Result(ThuribleResult::TooLarge))
+    Ok(planned?.ok_or(ThuribleResult::TooLarge)?)
 }
 
 /// Bytes of the cameras of a problem, which the reconstruction points to.
@@ -73,8 +73,8 @@ fn held<const D: usize>(problem: &Tomography<'_, D>) -> usize {
 
 #[inline(never)]
 fn bytes_of<T: Real, const D: usize>(problem: &Tomography<'_, D>) -> Option<usize> {
-    let before = const { place_bytes::<ThuribleTomography>() } + held(problem);
-    Reconstruction::<T, D>::bytes(problem)?.checked_add(before)
+    let bytes = Reconstruction::<T, D>::bytes(problem)?.checked_add(held(problem))?;
+    with_place::<ThuribleTomography>(bytes).ok()
 }
 
 /// Makes a reconstruction in the first bytes of `memory`.
@@ -115,9 +115,9 @@ fn made<T: Real, const D: usize>(
     wrap: fn(Reconstruction<'static, T, D>) -> AnyReconstruction,
 ) -> Result<Body, ThuribleResult> {
     let few = ThuribleResult::TooSmall;
-    let (own, block) = block.split_at_mut_checked(held(problem)).ok_or(few)?;
-    let (cameras, own) = keep(problem.cameras, own).ok_or(few)?;
-    let (novel, _) = keep(problem.novel, own).ok_or(few)?;
+    let (mut own, block) = block.split_at_mut_checked(held(problem)).ok_or(few)?;
+    let cameras = keep(&mut own, problem.cameras.len(), problem.cameras.iter().copied()).ok_or(few)?;
+    let novel = keep(&mut own, problem.novel.len(), problem.novel.iter().copied()).ok_or(few)?;
     let whole = Tomography {
         cells: problem.cells,
         cameras,
@@ -132,22 +132,4 @@ fn made<T: Real, const D: usize>(
         begun: false,
         volume: problem.settings.keeps_cells(),
     })
-}
-
-/// Cameras in the caller's memory, and the bytes behind them.
-type Kept<const D: usize> = (&'static [Camera<D>], &'static mut [MaybeUninit<u8>]);
-
-/// Puts cameras into the first bytes of `memory`.
-fn keep<const D: usize>(cameras: &[Camera<D>], memory: &'static mut [MaybeUninit<u8>]) -> Option<Kept<D>> {
-    let (own, rest) = memory.split_at_mut_checked(size_of_val(cameras))?;
-    let place: *mut Camera<D> = own.as_mut_ptr().cast();
-    if !place.is_aligned() {
-        return None;
-    }
-    // SAFETY: aligned, as many bytes as the cameras have, and nobody else's; a camera is plain numbers.
-    let kept = unsafe {
-        core::ptr::copy_nonoverlapping(cameras.as_ptr(), place, cameras.len());
-        core::slice::from_raw_parts(place, cameras.len())
-    };
-    Some((kept, rest))
 }

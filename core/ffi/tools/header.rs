@@ -41,6 +41,7 @@ fn header(check: bool) -> Result<(), Box<dyn core::error::Error>> {
         "steps.rs",
         "fluids/mod.rs",
         "operator/mod.rs",
+        "condense/mod.rs",
     ] {
         builder = builder.with_src(ffi.join(source));
     }

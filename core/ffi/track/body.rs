@@ -2,7 +2,7 @@
 
 use super::config::ThuribleTrackConfig;
 use crate::config::ConfigError;
-use crate::instance::{self, Any, Handle, place_bytes};
+use crate::instance::{self, Any, Handle, with_place};
 use crate::result::{ThuribleResult, ThuribleStatus};
 use crate::typed;
 use core::mem::MaybeUninit;
@@ -119,10 +119,7 @@ pub fn plan(config: &ThuribleTrackConfig) -> Result<usize, ConfigError> {
 #[inline(never)]
 fn bytes_of<T: Real, S: Space>(capture: &Capture<'_>, params: &TrackParams) -> Result<usize, ConfigError> {
     let plan = TrackPlan::new::<T, S>(capture, params)?;
-    let bytes = plan
-        .bytes()
-        .checked_add(const { place_bytes::<ThuribleTracker>() });
-    bytes.ok_or(ConfigError::Result(ThuribleResult::TooLarge))
+    Ok(with_place::<ThuribleTracker>(plan.bytes())?)
 }
 
 /// Makes a tracker in the first bytes of `memory`.

@@ -14,7 +14,7 @@ impl Part {
     }
 }
 
-pub const PARTS: [Part; 10] = [
+pub const PARTS: [Part; 11] = [
     Part {
         name: "interface",
         files: &["problem/", "solver/"],
@@ -49,6 +49,11 @@ pub const PARTS: [Part; 10] = [
         name: "operator and Stable Fluids",
         files: &["operator/", "stable_fluids/", "reversal.rs"],
         holds: "fields, states and tapes are cut by the plan for the cells, axes, steps and slots that are used here; what a program gives is checked before",
+    },
+    Part {
+        name: "elastic bodies",
+        files: &["condense/"],
+        holds: "vertices, simplices and rows are numbered by the topology, which is made of a mesh whose numbers were checked; buffers are cut by the plan for them",
     },
     Part {
         name: "rows",
