@@ -10,6 +10,7 @@ mod support;
 
 use std::fs;
 use support::header::{code, functions, structure};
+use support::others;
 use support::scene::Scene;
 use support::{module, root};
 use thurible_core::simd::{Level, limit};
@@ -103,6 +104,25 @@ fn the_same_bits_in_every_precision_and_dimension() {
         method: Method::Admm,
         iterations: 1,
     });
+}
+
+/// A search by Stable Fluids that is saved and restored, an operator and its gradient, an elastic body.
+#[test]
+fn the_same_bits_of_everything_else() {
+    let Some(module) = module() else { return };
+    limit(Level::Baseline);
+    assert!(
+        others::search_in_module(module) == others::native_search(),
+        "of a search"
+    );
+    assert!(
+        others::operator_in_module(module) == others::native_operator(),
+        "of an operator"
+    );
+    assert!(
+        others::body_in_module(module) == others::native_body(),
+        "of a body"
+    );
 }
 
 /// The page declares the structures by hand.

@@ -7,6 +7,7 @@
 )]
 
 pub mod header;
+pub mod others;
 pub mod scene;
 
 use std::io::{self, Write};

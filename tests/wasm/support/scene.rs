@@ -198,6 +198,6 @@ pub fn bits<T: Real>(numbers: &[T]) -> Vec<u8> {
     bytes
 }
 
-fn ok(result: u32) {
+pub fn ok(result: u32) {
     assert_eq!(result, code("THURIBLE_RESULT_OK"));
 }
