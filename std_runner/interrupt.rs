@@ -5,12 +5,16 @@ use core::ffi::c_int;
 use core::sync::atomic::{AtomicBool, Ordering};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 #[cfg(unix)]
 const SIGNALS: [c_int; 3] = [SIGINT, SIGTERM, signal_hook::consts::SIGHUP];
 #[cfg(not(unix))]
 const SIGNALS: [c_int; 2] = [SIGINT, SIGTERM];
+
+/// The last one that listened, and how often its flag is held when nobody else holds it: here, and twice for each signal.
+static LAST: Mutex<Option<Interrupt>> = Mutex::new(None);
+const UNUSED: usize = 1 + 2 * SIGNALS.len();
 
 /// Set once the user has asked to stop.
 #[derive(Clone, Debug, Default)]
@@ -19,8 +23,16 @@ pub struct Interrupt {
 }
 
 impl Interrupt {
-    /// Listens for Ctrl-C (and SIGTERM, SIGHUP where there are such).
+    /// Listens for Ctrl-C (and SIGTERM, SIGHUP where there are such). Who listens again when nobody was asked takes the ears of the one
+    /// before: a process that solves often would have ever more of them, and each signal calls all.
     pub fn listen() -> Result<Self, Failure> {
+        let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(last) = last.as_ref()
+            && !last.asked()
+            && Arc::strong_count(&last.asked) == UNUSED
+        {
+            return Ok(last.clone());
+        }
         let interrupt = Interrupt::default();
         let flag = || Arc::clone(&interrupt.asked);
         for signal in SIGNALS.into_iter().filter(|&signal| !is_ignored(signal)) {
@@ -33,6 +45,7 @@ impl Interrupt {
                 ))
             })?;
         }
+        *last = Some(interrupt.clone());
         Ok(interrupt)
     }
 
@@ -59,4 +72,26 @@ fn is_ignored(signal: c_int) -> bool {
 #[cfg(not(unix))]
 fn is_ignored(_: c_int) -> bool {
     false
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_listens_again_takes_the_ears_of_the_one_before() {
+        let first = Interrupt::listen().unwrap();
+        let beside = Interrupt::listen().unwrap();
+        assert!(!Arc::ptr_eq(&first.asked, &beside.asked), "two at once are two");
+        let ears = Arc::as_ptr(&beside.asked);
+        drop(first);
+        drop(beside);
+        let again = Interrupt::listen().unwrap();
+        assert_eq!(Arc::as_ptr(&again.asked), ears);
+        again.ask();
+        drop(again);
+        let fresh = Interrupt::listen().unwrap();
+        assert!(!fresh.asked());
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::files;
 use super::raw::{RawHold, RawMaterial, RawMesh, RawSpring};
+use crate::bytes::{grouped, rounded};
 use crate::exit::Failure;
 use crate::scene::Document;
 use thurible_core::choices::Numbers;
@@ -54,6 +55,12 @@ impl OwnedMesh {
         extent
     }
 
+    /// Bytes of its lists.
+    pub fn bytes(&self) -> usize {
+        let dims = self.dims.max(1);
+        bytes_of(dims, self.rest.len() / dims, self.elements.len() / (dims + 1))
+    }
+
     fn slack(&self) -> f64 {
         let longest = self.extent().into_iter().map(|[low, high]| high - low);
         SLACK * longest.fold(0.0, f64::max)
@@ -70,7 +77,8 @@ impl OwnedMesh {
     }
 }
 
-pub(super) fn mesh(document: &Document, raw: RawMesh) -> Result<OwnedMesh, Failure> {
+/// The mesh that a scene describes. One of cells is refused before it is made, where it takes more than `most` bytes.
+pub(super) fn mesh(document: &Document, raw: RawMesh, most: usize) -> Result<OwnedMesh, Failure> {
     let ways = [raw.grid.is_some(), raw.file.is_some(), raw.rod.is_some()];
     if ways.iter().filter(|there| **there).count() != 1 {
         return Err(document.refuse(
@@ -128,7 +136,22 @@ pub(super) fn mesh(document: &Document, raw: RawMesh) -> Result<OwnedMesh, Failu
             format!("is {given:?} with size {size:?}; give two or three whole numbers from 1 (a rod: one), and as many sizes above 0"),
         )
     })?;
+    let needed = bytes_of(regular.dims(), regular.vertices(), regular.elements());
+    if needed > most {
+        return Err(Failure::Memory(format!(
+            "{}: `{key}` is {given:?}, and the lists of the mesh alone need {} bytes ({}), more than the {} bytes that are left; give a coarser mesh, or raise --memory-limit",
+            document.place(key),
+            grouped(needed),
+            rounded(needed),
+            grouped(most)
+        )));
+    }
     Ok(regular_mesh(&regular, material))
+}
+
+/// Bytes of the lists of a mesh: places, corners, and whether a vertex is held.
+fn bytes_of(dims: usize, vertices: usize, elements: usize) -> usize {
+    vertices * (dims * size_of::<f64>() + size_of::<bool>()) + elements * (dims + 1) * size_of::<u32>()
 }
 
 /// Refuses keys of another kind of mesh.

@@ -59,8 +59,8 @@ pub(crate) fn document(
     Ok(document)
 }
 
-/// All cases of a document.
-pub(super) fn cases(document: &Document) -> Result<Vec<Case>, Failure> {
+/// All cases of a document, whose meshes take no more than `most` bytes together.
+pub(super) fn cases(document: &Document, mut most: usize) -> Result<Vec<Case>, Failure> {
     let mut documents = vec![(String::new(), document.clone())];
     for (index, sweep) in sweeps(document)? {
         let place = format!("sweep[{index}]");
@@ -91,10 +91,13 @@ pub(super) fn cases(document: &Document) -> Result<Vec<Case>, Failure> {
         }
         documents = next;
     }
-    documents
-        .into_iter()
-        .map(|(label, document)| case(label, document))
-        .collect()
+    let mut all = Vec::new();
+    for (label, document) in documents {
+        let case = case(label, document, most)?;
+        most = most.saturating_sub(case.problem.mesh.bytes());
+        all.push(case);
+    }
+    Ok(all)
 }
 
 /// The sweeps with their places, but for those of keys that the command line sets.
@@ -139,8 +142,8 @@ pub(super) fn folder(label: &str) -> String {
     letters.replace("__", "_")
 }
 
-fn case(label: String, document: Document) -> Result<Case, Failure> {
-    let problem = Problem::of(&document)?;
+fn case(label: String, document: Document, most: usize) -> Result<Case, Failure> {
+    let problem = Problem::of(&document, most)?;
     let mut variants: Vec<Variant> = Vec::new();
     let takes = problem.methods.iter().any(|method| method.is_built());
     if problem.basis_given && !takes && problem.bases.iter().any(|&basis| basis != Basis::Fixed) {
@@ -220,4 +223,24 @@ fn variant(
         method.name().into()
     };
     Ok(Some(Variant { name, params }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn meshes_that_take_more_than_is_left_are_refused_before_they_are_made() {
+        let text = "mesh = { grid = [8, 8] }\nhold = [{ box = { min = [0, 0], max = [0, 1] } }]\n\
+                    [[sweep]]\nkey = \"mesh.grid\"\nvalues = [[4, 4], [4000, 4000]]\n";
+        let document = Document::parse(Path::new("a.toml"), text.into());
+        let refused = document.map(|document| cases(&document, 1 << 20).map(|cases| cases.len()));
+        let Ok(Err(Failure::Memory(why))) = refused else {
+            unreachable!("{refused:?}");
+        };
+        assert!(
+            why.contains("`mesh.grid` is [4000, 4000]") && why.contains("--memory-limit"),
+            "{why}"
+        );
+    }
 }

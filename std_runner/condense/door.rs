@@ -5,6 +5,7 @@ use super::job::{self, Listeners, Outcome, status_word};
 use super::page::{self, Done};
 use super::planned::{planned, print_plan};
 use super::written;
+use crate::bytes;
 use crate::compare::publish;
 use crate::destination::Destination;
 use crate::exit::{DONE, Failure, NOT_FINITE, STALLED};
@@ -28,7 +29,7 @@ pub(crate) struct Request {
 
 /// Prints the memory that everything takes.
 pub(crate) fn plan(request: &Request) -> Result<u8, Failure> {
-    for case in cases(&request.document)? {
+    for case in cases(&request.document, most(request))? {
         if request.mode == Mode::Quiet {
             planned(&case, &request.options)?;
         } else {
@@ -38,9 +39,15 @@ pub(crate) fn plan(request: &Request) -> Result<u8, Failure> {
     Ok(DONE)
 }
 
+/// Bytes that the meshes may take: those of the ceiling.
+fn most(request: &Request) -> usize {
+    let ceiling = request.options.limit.or_else(bytes::of_machine);
+    ceiling.unwrap_or(usize::MAX)
+}
+
 /// Solves everything and writes the page; the answer is the exit code.
 pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
-    let cases = cases(&request.document)?;
+    let cases = cases(&request.document, most(request))?;
     // All is refused before anything is solved.
     let plans = cases.iter().map(|case| planned(case, &request.options));
     let plans = plans.collect::<Result<Vec<_>, _>>()?;

@@ -34,11 +34,11 @@ pub(super) struct Problem {
 }
 
 impl Problem {
-    /// Reads a document that is complete.
-    pub fn of(document: &Document) -> Result<Self, Failure> {
+    /// Reads a document that is complete, whose mesh takes no more than `most` bytes.
+    pub fn of(document: &Document, most: usize) -> Result<Self, Failure> {
         let raw: RawScene = read(document, "", Value::Table(document.table().clone()))?;
         let remedy = "write mesh = { grid = [16, 3], size = [1.0, 0.2] }, a rod or a file";
-        let mut mesh = mesh(document, document.required("mesh", raw.mesh, remedy)?)?;
+        let mut mesh = mesh(document, document.required("mesh", raw.mesh, remedy)?, most)?;
         mesh.material = material(document, raw.material.unwrap_or_default(), mesh.material)?;
         let time = raw.time.unwrap_or_default();
         let steps = document.whole("time.steps", time.steps.unwrap_or(1), 1..=MOST_STEPS)?;

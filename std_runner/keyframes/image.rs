@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use super::decode;
+use super::decode::{self, Pixels};
 use super::error::Fault;
 use super::ink::Ink;
 use super::note::Note;
-use super::resample::{Edge, resample, windows};
+use super::resample::{Edge, along, windows};
 use super::{Canvas, ShapeError};
 
 /// Pixels a cell of drawings that have none of their own, and how many they have at least and at most along a side.
@@ -32,18 +32,18 @@ pub(super) fn draw(
     let ink = ink.map(Ink::parse).transpose()?;
     let longest = canvas.cells.iter().copied().max().unwrap_or(1);
     let side = (FINER * longest).clamp(DRAWN[0], DRAWN[1]);
-    let (picture, ink) = read(path, ink, side).map_err(|fault| fault.of("image", path))?;
-    let smoke = picture.values.iter().sum::<f64>() / picture.values.len().max(1) as f64;
+    let (pixels, ink) = opened(path, ink, side).map_err(|fault| fault.of("image", path))?;
+    let (cells, smoke) = fit(&pixels, ink, canvas).map_err(|fault| fault.of("image", path))?;
     let shown = path.display();
     let percent = 100.0 * smoke;
     notes.push(Note::remark(format!(
         "smoke is the {} of `{shown}`, {percent:.1} % of the picture",
         ink.name()
     )));
-    if let Some(said) = &picture.note {
+    if let Some(said) = &pixels.note {
         notes.push(Note::warning(format!("`{shown}` {said}")));
     }
-    if let (0.0, Some(said)) = (smoke, &picture.note) {
+    if let (0.0, Some(said)) = (smoke, &pixels.note) {
         let remedy = "save it again, or say by `ink` what of it is smoke";
         return Err(
             Fault::content(format!("{said}, and nothing else of it is smoke"), remedy).of("image", path),
@@ -55,7 +55,7 @@ pub(super) fn draw(
             "{percent:.0} % of the picture `{shown}` becomes smoke; {other}"
         )));
     }
-    Ok(fit(picture, canvas))
+    Ok(cells)
 }
 
 /// Values 0 ..= 1, row by row from the bottom.
@@ -63,12 +63,11 @@ pub(super) struct Picture {
     pub width: usize,
     pub height: usize,
     pub values: Vec<f64>,
-    /// What the user should hear of it.
-    pub note: Option<String>,
 }
 
-fn fit(picture: Picture, canvas: &Canvas) -> Vec<f64> {
-    let shape = [picture.width, picture.height];
+/// The densities of the pixels on the cells, and their mean. They are taken row by row: a picture has far more pixels than the grid cells.
+fn fit(pixels: &Pixels, ink: Ink, canvas: &Canvas) -> Result<(Vec<f64>, f64), Fault> {
+    let shape = [pixels.width, pixels.height];
     let pixels_a_cell = shape
         .iter()
         .zip(&canvas.cells)
@@ -82,12 +81,34 @@ fn fit(picture: Picture, canvas: &Canvas) -> Vec<f64> {
             windows(cells, pixels, start, step, Edge::Empty)
         })
         .collect();
-    resample(picture.values, &shape, &taps)
+    let [across, up] = taps.as_slice() else {
+        return Ok((Vec::new(), 0.0));
+    };
+    let (mut rows, mut row, mut sum) = (Vec::with_capacity(across.len() * shape[1]), Vec::new(), 0.0);
+    for number in 0..pixels.height {
+        row.clear();
+        row.extend(ink.row(pixels, number));
+        refuse_not_finite(&row)?;
+        sum = row.iter().fold(sum, |sum, value| sum + value);
+        rows.extend(along(&row, 1, pixels.width, across));
+    }
+    let mean = sum / (shape[0] * shape[1]).max(1) as f64;
+    Ok((along(&rows, across.len(), shape[1], up), mean))
 }
 
-/// The picture, and which of its pixels are smoke: those that are `asked` for, or what they say themselves. A drawing without pixels gets
-/// `side` of them along its longer side.
-pub(super) fn read(path: &Path, asked: Option<Ink>, side: usize) -> Result<(Picture, Ink), Fault> {
+fn refuse_not_finite(values: &[f64]) -> Result<(), Fault> {
+    match values.iter().find(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(odd) => Err(Fault::content(
+            format!("holds {odd}"),
+            "every value must be finite; save it again",
+        )),
+    }
+}
+
+/// The pixels of a picture, and which of them are smoke: those that are `asked` for, or what they say themselves. A drawing without pixels
+/// gets `side` of them along its longer side.
+fn opened(path: &Path, asked: Option<Ink>, side: usize) -> Result<(Pixels, Ink), Fault> {
     let pixels = decode::read(path, side)?;
     if asked == Some(Ink::Alpha) && !pixels.are_transparent() {
         return Err(Fault::content(
@@ -96,18 +117,18 @@ pub(super) fn read(path: &Path, asked: Option<Ink>, side: usize) -> Result<(Pict
         ));
     }
     let ink = asked.unwrap_or_else(|| Ink::of(&pixels));
+    Ok((pixels, ink))
+}
+
+/// The densities of all pixels, as they are.
+pub(super) fn read(path: &Path, asked: Option<Ink>, side: usize) -> Result<(Picture, Ink), Fault> {
+    let (pixels, ink) = opened(path, asked, side)?;
     let values = ink.densities(&pixels);
-    if let Some(odd) = values.iter().find(|value| !value.is_finite()) {
-        return Err(Fault::content(
-            format!("holds {odd}"),
-            "every value must be finite; save it again",
-        ));
-    }
+    refuse_not_finite(&values)?;
     let picture = Picture {
         width: pixels.width,
         height: pixels.height,
         values,
-        note: pixels.note,
     };
     Ok((picture, ink))
 }

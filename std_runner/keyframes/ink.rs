@@ -59,9 +59,15 @@ impl Ink {
 
     /// Densities 0 ..= 1 of `pixels`, bottom row first. What is lighter than white, as EXR has it, is white.
     pub(super) fn densities(self, pixels: &Pixels) -> Vec<f64> {
+        let rows = 0..pixels.height;
+        rows.flat_map(|row| self.row(pixels, row)).collect()
+    }
+
+    /// The same of row `row` from the bottom.
+    pub(super) fn row(self, pixels: &Pixels, row: usize) -> impl Iterator<Item = f64> {
         let top = pixels.top();
         let grey = pixels.is_grey();
-        let value = |index: usize| {
+        let value = move |index: usize| {
             let [red, green, blue, alpha] = pixels.levels(index);
             let luminance = if grey {
                 red / top
@@ -76,9 +82,7 @@ impl Ink {
                 Self::Alpha => alpha,
             }
         };
-        let width = pixels.width;
-        let rows = (0..pixels.height).rev();
-        rows.flat_map(|row| (row * width..(row + 1) * width).map(value))
-            .collect()
+        let first = (pixels.height - 1 - row) * pixels.width;
+        (first..first + pixels.width).map(value)
     }
 }

@@ -88,7 +88,8 @@ pub(super) fn resample(values: Vec<f64>, shape: &[usize], taps: &[Vec<Taps>]) ->
     values
 }
 
-fn along(values: &[f64], inner: usize, samples: usize, taps: &[Taps]) -> Vec<f64> {
+/// Applies the taps of one axis, along which there are `samples` of `inner` values each.
+pub(super) fn along(values: &[f64], inner: usize, samples: usize, taps: &[Taps]) -> Vec<f64> {
     let mut out = Vec::with_capacity(values.len() / samples * taps.len());
     for slab in values.chunks_exact(inner * samples) {
         for cell in taps {

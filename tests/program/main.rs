@@ -44,6 +44,7 @@ mod schema;
 mod sequences;
 mod shape_files;
 mod shape_keys;
+mod shape_values;
 mod shapes;
 mod small;
 mod stable_fluids;
@@ -55,6 +56,7 @@ mod track;
 mod undershoot;
 #[cfg(unix)]
 mod unfinished;
+mod volume_parts;
 mod volumes;
 #[cfg(unix)]
 mod watch;

@@ -105,7 +105,7 @@ fn a_volume_fits_the_box_and_turns() {
 }
 
 /// A file with one leaf of 8^3 values, packed as `compression` says, and a tile.
-fn small(compression: u32, half: bool) -> Vec<u8> {
+pub fn small(compression: u32, half: bool) -> Vec<u8> {
     let text = |bytes: &mut Vec<u8>, text: &str| {
         bytes.extend((text.len() as u32).to_le_bytes());
         bytes.extend(text.bytes());

@@ -19,16 +19,19 @@ pub(super) fn decoded(bytes: &[u8]) -> core::result::Result<Pixels, Fault> {
             "save it as EXR with half or float channels, or as PNG",
         )
     };
+    let bytes_of_file = bytes.len();
     let about = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
     for header in &about.headers {
-        let channels = header.channels.list.len().max(1);
-        check(
-            header.layer_size.width(),
-            header.layer_size.height(),
-            4 * channels,
-        )?;
-        let shown = header.shared_attributes.display_window.size;
-        check(shown.width(), shown.height(), 4 * channels)?;
+        let levels = header.channels.list.iter();
+        let pixel: usize = levels.map(|channel| channel.sample_type.bytes_per_sample()).sum();
+        // Of what is shown nothing is kept, but all of it is looked at.
+        for (size, pixel) in [
+            (header.layer_size, pixel),
+            (header.shared_attributes.display_window.size, 4),
+        ] {
+            let bytes = size.width().saturating_mul(size.height()).saturating_mul(pixel);
+            check(size.width(), size.height(), bytes, bytes_of_file)?;
+        }
     }
     let image: Shown = read()
         .no_deep_data()
@@ -39,76 +42,99 @@ pub(super) fn decoded(bytes: &[u8]) -> core::result::Result<Pixels, Fault> {
         .non_parallel()
         .from_buffered(Cursor::new(bytes))
         .map_err(broken)?;
-    shown(&image)
+    shown(image)
 }
 
 /// The channels that say what is seen, where the window shows them.
-fn shown(image: &Shown) -> core::result::Result<Pixels, Fault> {
-    let layer = &image.layer_data;
-    let named = |wanted: &str| {
-        let channels = layer.channel_data.list.iter();
-        let short = |name: String| name.rsplit('.').next().unwrap_or_default().to_ascii_uppercase();
-        channels
-            .into_iter()
-            .find(|channel| short(channel.name.to_string()) == wanted)
+fn shown(image: Shown) -> core::result::Result<Pixels, Fault> {
+    let layer = image.layer_data;
+    let mut channels = layer.channel_data.list;
+    let short = |channel: &AnyChannel<FlatSamples>| {
+        let name = channel.name.to_string();
+        name.rsplit('.').next().unwrap_or_default().to_ascii_uppercase()
     };
-    let alpha = named("A");
-    let colours: Vec<_> = ["R", "G", "B"].into_iter().filter_map(named).collect();
-    let mut taken = match (colours.as_slice(), named("Y"), layer.channel_data.list.as_slice()) {
-        ([red, green, blue], ..) => vec![*red, *green, *blue],
+    let names: Vec<String> = channels.iter().map(short).collect();
+    let named = |wanted: &str| names.iter().position(|name| name == wanted);
+    let colours: Vec<usize> = ["R", "G", "B"].into_iter().filter_map(named).collect();
+    let mut taken = match (colours.as_slice(), named("Y"), names.len()) {
+        ([_, _, _], ..) => colours,
         (_, Some(luminance), _) => vec![luminance],
-        (_, None, [one]) => vec![one],
+        (_, None, 1) => vec![0],
         _ => {
-            let names: Vec<String> = layer
-                .channel_data
-                .list
-                .iter()
-                .map(|channel| channel.name.to_string())
-                .collect();
+            let names: Vec<String> = channels.iter().map(|channel| channel.name.to_string()).collect();
             return Err(Fault::content(
                 format!("has the channels {}", names.join(", ")),
                 "save it with R, G and B, or with Y",
             ));
         }
     };
-    let alpha = alpha.filter(|alpha| !taken.iter().any(|channel| core::ptr::eq(*channel, *alpha)));
+    let alpha = named("A").filter(|alpha| !taken.contains(alpha));
     taken.extend(alpha);
     let window = image.attributes.display_window;
-    let (width, height) = (window.size.width(), window.size.height());
     let offset = layer.attributes.layer_position - window.position;
-    let (offset_x, offset_y) = (i64::from(offset.x()), i64::from(offset.y()));
-    let inside = |place: i64, count: usize| usize::try_from(place).ok().filter(|&place| place < count);
-    let mut samples = Vec::with_capacity(width * height * taken.len());
-    for y in 0..height as i64 {
-        for x in 0..width as i64 {
-            let at = inside(x - offset_x, layer.size.width()).zip(inside(y - offset_y, layer.size.height()));
-            let index = at.map(|(x, y)| y * layer.size.width() + x);
-            let first = samples.len();
-            samples.extend(
-                taken
-                    .iter()
-                    .map(|channel| index.map_or(0.0, |index| level(&channel.sample_data, index))),
-            );
-            if alpha.is_some() {
-                straighten(samples.get_mut(first..).unwrap_or_default());
-            }
-        }
-    }
+    let mut plane = |channel: usize| {
+        let channel = channels.get_mut(channel);
+        let nothing = FlatSamples::F32(Vec::new());
+        channel.map_or(FlatSamples::F32(Vec::new()), |channel| {
+            core::mem::replace(&mut channel.sample_data, nothing)
+        })
+    };
+    let planes = Planes {
+        levels: taken.iter().map(|&channel| plane(channel)).collect(),
+        has_alpha: alpha.is_some(),
+        size: [layer.size.width(), layer.size.height()],
+        window: [window.size.width(), window.size.height()],
+        offset: [i64::from(offset.x()), i64::from(offset.y())],
+    };
+    let [width, height] = planes.window;
     Ok(Pixels {
         width,
         height,
-        channels: taken.len(),
-        samples: Samples::Real(samples),
+        channels: planes.levels.len(),
+        samples: Samples::Planes(planes),
         note: None,
     })
 }
 
-/// Takes the alpha, which is last, out of the colours: EXR keeps them multiplied by it.
-fn straighten(pixel: &mut [f32]) {
-    if let Some((&mut alpha, colours)) = pixel.split_last_mut()
-        && alpha > 0.0
-    {
-        colours.iter_mut().for_each(|colour| *colour /= alpha);
+/// Levels of the channels one after the other, of a layer that a window shows.
+pub(in crate::keyframes) struct Planes {
+    levels: Vec<FlatSamples>,
+    /// Whether the last one is alpha.
+    has_alpha: bool,
+    size: [usize; 2],
+    window: [usize; 2],
+    /// Where in the window the layer begins.
+    offset: [i64; 2],
+}
+
+impl Planes {
+    /// How many levels the window shows.
+    pub fn len(&self) -> usize {
+        self.window[0] * self.window[1] * self.levels.len()
+    }
+
+    /// Level `index`, pixel by pixel; what lies beside the layer is 0. Alpha is taken out of the colours: EXR keeps them multiplied by it.
+    pub fn get(&self, index: usize) -> Option<f32> {
+        let (pixel, channel) = (index.checked_div(self.levels.len())?, index % self.levels.len());
+        let [x, y] = [pixel % self.window[0], pixel / self.window[0]];
+        let along = |axis: usize, place: usize| {
+            let place = usize::try_from(place as i64 - self.offset[axis]).ok();
+            place.filter(|&place| place < self.size[axis])
+        };
+        let (Some(x), Some(y)) = (along(0, x), along(1, y)) else {
+            return Some(0.0);
+        };
+        let of = |channel: usize| {
+            self.levels
+                .get(channel)
+                .map(|plane| level(plane, y * self.size[0] + x))
+        };
+        let last = self.levels.len() - 1;
+        let found = of(channel)?;
+        Some(match of(last) {
+            Some(alpha) if self.has_alpha && channel < last && alpha > 0.0 => found / alpha,
+            _ => found,
+        })
     }
 }
 

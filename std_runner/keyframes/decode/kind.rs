@@ -5,7 +5,7 @@ use std::path::Path;
 use image::ImageFormat;
 
 use super::pixels::Pixels;
-use super::{exr, matte, photo, png, svg};
+use super::{exr, matte, photo, png, svg, tiff, webp};
 use crate::keyframes::error::Fault;
 use crate::keyframes::whole::whole;
 
@@ -31,11 +31,13 @@ pub(in crate::keyframes) fn read(path: &Path, side: usize) -> Result<Pixels, Fau
     if starts(b"\xff\xd8\xff") {
         photo::read(&bytes, ImageFormat::Jpeg)
     } else if starts(b"II*\0") || starts(b"MM\0*") || starts(b"II+\0") || starts(b"MM\0+") {
+        tiff::check(&bytes)?;
         match matte::read(&bytes)? {
             Some(pixels) => Ok(pixels),
             None => photo::read(&bytes, ImageFormat::Tiff),
         }
     } else if starts(b"RIFF") && bytes.get(8..12) == Some(b"WEBP") {
+        webp::check(&bytes)?;
         photo::read(&bytes, ImageFormat::WebP)
     } else if starts(b"\x76\x2f\x31\x01") {
         exr::decoded(&bytes)

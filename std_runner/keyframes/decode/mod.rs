@@ -8,6 +8,8 @@ mod pixels;
 mod png;
 mod room;
 mod svg;
+mod tiff;
+mod webp;
 
 pub(crate) use kind::is_picture;
 pub(super) use kind::read;

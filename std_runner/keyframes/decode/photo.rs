@@ -6,7 +6,7 @@ use image::metadata::Orientation;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use super::pixels::{Pixels, Samples};
-use super::room::{LONGEST_SIDE, MEMORY, check};
+use super::room::{LONGEST_SIDE, check, most};
 use crate::keyframes::error::Fault;
 
 /// Decodes a picture of this format.
@@ -23,12 +23,13 @@ pub(super) fn read(bytes: &[u8], format: ImageFormat) -> Result<Pixels, Fault> {
     let mut limits = Limits::no_limits();
     limits.max_image_width = Some(LONGEST_SIDE as u32);
     limits.max_image_height = Some(LONGEST_SIDE as u32);
-    limits.max_alloc = Some(MEMORY as u64);
+    limits.max_alloc = Some(most(bytes.len()) as u64);
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     reader.limits(limits);
     let mut decoder = reader.into_decoder().map_err(broken)?;
     let (width, height) = decoder.dimensions();
-    check(width as usize, height as usize, 16)?;
+    let size = usize::try_from(decoder.total_bytes()).unwrap_or(usize::MAX);
+    check(width as usize, height as usize, size, bytes.len())?;
     let turn = decoder.orientation().unwrap_or(Orientation::NoTransforms);
     let mut picture = DynamicImage::from_decoder(decoder).map_err(broken)?;
     picture.apply_orientation(turn);

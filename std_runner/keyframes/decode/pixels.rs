@@ -1,5 +1,7 @@
 //! The pixels of a decoded picture.
 
+use super::exr::Planes;
+
 /// Colours that differ by no more than this part of the brightest level are one colour: rounding makes so much in a half
 /// transparent edge.
 const ONE_COLOUR: f64 = 2.5 / 255.0;
@@ -21,8 +23,12 @@ pub(in crate::keyframes) enum Samples {
     Narrow(Vec<u8>),
     /// 16 bits, of which 65535 is white.
     Wide(Vec<u16>),
+    /// The same as pairs of bytes, the higher one first.
+    Pairs(Vec<u8>),
     /// Numbers, of which 1 is white; there may be more.
     Real(Vec<f32>),
+    /// The same, channel by channel.
+    Planes(Planes),
 }
 
 impl Samples {
@@ -30,7 +36,12 @@ impl Samples {
         let level = match self {
             Self::Narrow(levels) => levels.get(index).copied().map(f64::from),
             Self::Wide(levels) => levels.get(index).copied().map(f64::from),
+            Self::Pairs(bytes) => {
+                let pair = bytes.get(2 * index..2 * index + 2).and_then(<[u8]>::first_chunk);
+                pair.map(|&pair| f64::from(u16::from_be_bytes(pair)))
+            }
             Self::Real(levels) => levels.get(index).copied().map(f64::from),
+            Self::Planes(planes) => planes.get(index).map(f64::from),
         };
         level.unwrap_or(0.0)
     }
@@ -39,7 +50,9 @@ impl Samples {
         match self {
             Self::Narrow(levels) => levels.len(),
             Self::Wide(levels) => levels.len(),
+            Self::Pairs(bytes) => bytes.len() / 2,
             Self::Real(levels) => levels.len(),
+            Self::Planes(planes) => planes.len(),
         }
     }
 }
@@ -49,8 +62,8 @@ impl Pixels {
     pub fn top(&self) -> f64 {
         match self.samples {
             Samples::Narrow(_) => 255.0,
-            Samples::Wide(_) => 65535.0,
-            Samples::Real(_) => 1.0,
+            Samples::Wide(_) | Samples::Pairs(_) => 65535.0,
+            Samples::Real(_) | Samples::Planes(_) => 1.0,
         }
     }
 

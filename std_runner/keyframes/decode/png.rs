@@ -5,7 +5,7 @@ use std::io::Cursor;
 use png::{BitDepth, Decoder, Limits, Transformations};
 
 use super::pixels::{Pixels, Samples};
-use super::room::{MEMORY, check};
+use super::room::{check, most};
 use crate::keyframes::error::Fault;
 
 /// Decodes a PNG file.
@@ -13,23 +13,23 @@ pub(super) fn read(bytes: &[u8]) -> Result<Pixels, Fault> {
     let broken = |error: png::DecodingError| {
         Fault::content(format!("cannot be read as PNG ({error})"), "save it as PNG again")
     };
-    let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: MEMORY });
+    let mut decoder = Decoder::new_with_limits(
+        Cursor::new(bytes),
+        Limits {
+            bytes: most(bytes.len()),
+        },
+    );
     decoder.set_transformations(Transformations::EXPAND);
-    let header = decoder.read_header_info().map_err(broken)?;
-    check(header.width as usize, header.height as usize, 8)?;
     let mut reader = decoder.read_info().map_err(broken)?;
-    let size = reader
-        .output_buffer_size()
-        .ok_or_else(|| Fault::content("is too large", "make it smaller"))?;
+    let size = reader.output_buffer_size().unwrap_or(usize::MAX);
+    let header = reader.info();
+    check(header.width as usize, header.height as usize, size, bytes.len())?;
     let mut raw = vec![0; size];
     let frame = reader.next_frame(&mut raw).map_err(broken)?;
     raw.truncate(frame.buffer_size());
     let samples = match frame.bit_depth {
         BitDepth::Eight => Samples::Narrow(raw),
-        BitDepth::Sixteen => {
-            let words = raw.chunks_exact(2);
-            Samples::Wide(words.map(|pair| u16::from_be_bytes([pair[0], pair[1]])).collect())
-        }
+        BitDepth::Sixteen => Samples::Pairs(raw),
         _ => {
             return Err(Fault::content(
                 "has an unusual depth",

@@ -4,7 +4,7 @@ use std::io::Read;
 
 use flate2::read::MultiGzDecoder;
 use resvg::tiny_skia::{Pixmap, Transform};
-use resvg::usvg::{ImageHrefResolver, Options, Tree};
+use resvg::usvg::{Group, ImageHrefResolver, Node, Options, Tree};
 
 use super::pixels::{Pixels, Samples};
 use super::room::check;
@@ -28,6 +28,9 @@ pub(super) fn unpacked(bytes: &[u8]) -> Result<Vec<u8>, Fault> {
     Ok(drawing)
 }
 
+/// Pixels from the page beyond which nothing may reach: the library's numbers overflow there, and it ends the whole program.
+const FARTHEST: f32 = 1e6;
+
 /// Draws an SVG file with `side` pixels along its longer side.
 pub(super) fn read(bytes: &[u8], side: usize) -> Result<Pixels, Fault> {
     let options = Options {
@@ -44,22 +47,46 @@ pub(super) fn read(bytes: &[u8], side: usize) -> Result<Pixels, Fault> {
     let scale = side as f32 / width.max(height);
     let pixels = |length: f32| ((length * scale).round() as usize).max(1);
     let (columns, rows) = (pixels(width), pixels(height));
-    check(columns, rows, 8)?;
+    if reaches_beyond(tree.root(), FARTHEST / scale) {
+        return Err(Fault::content(
+            format!("has a curve that reaches more than {FARTHEST} pixels from its page"),
+            "take it away, or bring it back onto the page",
+        ));
+    }
+    // It is as large as the grid wants it, whatever the file.
+    check(columns, rows, 4 * columns * rows, usize::MAX)?;
     let map = Pixmap::new(columns as u32, rows as u32);
     let mut map = map.ok_or_else(|| Fault::content("has no size", remedy))?;
     let stretch = Transform::from_scale(columns as f32 / width, rows as f32 / height);
     resvg::render(&tree, stretch, &mut map.as_mut());
-    let mut levels = Vec::with_capacity(4 * columns * rows);
-    for pixel in map.pixels() {
-        let plain = pixel.demultiply();
-        levels.extend([plain.red(), plain.green(), plain.blue(), plain.alpha()]);
-    }
     Ok(Pixels {
         width: columns,
         height: rows,
         channels: 4,
-        samples: Samples::Narrow(levels),
+        samples: Samples::Narrow(map.take_demultiplied()),
         note: left_out(bytes),
+    })
+}
+
+/// Whether a curve of a group, or of what clips, masks or fills it, has a place farther than this.
+fn reaches_beyond(group: &Group, farthest: f32) -> bool {
+    group.children().iter().any(|node| {
+        let mut beyond = match node {
+            Node::Group(group) => reaches_beyond(group, farthest),
+            Node::Path(path) => {
+                // Bounds are left out of account where they cannot be found, points are there.
+                let mut points = path.data().points().to_vec();
+                path.abs_transform().map_points(&mut points);
+                let bounds = path.abs_stroke_bounding_box();
+                let sides = [bounds.left(), bounds.top(), bounds.right(), bounds.bottom()];
+                let places = points.iter().flat_map(|point| [point.x, point.y]);
+                // Neither what is no number.
+                !places.chain(sides).all(|place| place.abs() <= farthest)
+            }
+            Node::Image(_) | Node::Text(_) => false,
+        };
+        node.subroots(|group| beyond |= reaches_beyond(group, farthest));
+        beyond
     })
 }
 
@@ -74,4 +101,35 @@ fn left_out(bytes: &[u8]) -> Option<String> {
         missing.push("pictures within it");
     }
     (!missing.is_empty()).then(|| format!("was drawn without {}", missing.join(" and ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn drawn(path: &str) -> Result<Pixels, Fault> {
+        let head = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"40\" height=\"30\"><defs><pattern id=\"h\" width=\"4\" height=\"4\" patternUnits=\"userSpaceOnUse\">";
+        let text = format!(
+            "{head}{}</pattern></defs>{}<rect width=\"9\" height=\"9\" fill=\"url(#h)\"/></svg>",
+            path, path
+        );
+        read(text.as_bytes(), 64)
+    }
+
+    #[test]
+    fn a_curve_that_reaches_beyond_all_numbers_is_refused() {
+        assert!(drawn("<path d=\"M 1 1 C 5 5 9 9000 12 12 Z\"/>").is_ok());
+        let far = "<path d=\"M 1 1 C 5 5 9 18446744073709551615 12 12 S 3 3 20 20 Z\"/>";
+        for drawing in [
+            far.to_owned(),
+            format!(
+                "<g clip-path=\"url(#c)\"><clipPath id=\"c\">{far}</clipPath><rect width=\"9\" height=\"9\"/></g>"
+            ),
+        ] {
+            let Err(Fault::Content { found, .. }) = drawn(&drawing) else {
+                unreachable!("it was drawn");
+            };
+            assert!(found.contains("reaches more than"), "{found}");
+        }
+    }
 }

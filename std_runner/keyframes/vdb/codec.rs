@@ -182,3 +182,40 @@ fn unshuffled(plain: &[u8], size: usize, whole: &mut Vec<u8>) {
     }
     whole.extend(plain.get(count * size..).unwrap_or_default());
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two blocks of 8 bytes and one of 4, each as it is.
+    fn packed(flags: u8, whole: &[u8]) -> Vec<u8> {
+        let mut bytes = vec![2, 1, flags | 1 << 5 | 0x10, 4];
+        for word in [whole.len(), 8, 0] {
+            bytes.extend((word as u32).to_le_bytes());
+        }
+        let blocks: Vec<&[u8]> = whole.chunks(8).collect();
+        let begin = bytes.len() + 4 * blocks.len();
+        for block in 0..blocks.len() {
+            bytes.extend(((begin + 12 * block) as u32).to_le_bytes());
+        }
+        for block in blocks {
+            bytes.extend((block.len() as u32).to_le_bytes());
+            bytes.extend(block);
+        }
+        bytes
+    }
+
+    #[test]
+    fn the_last_block_may_be_shorter_and_bytes_are_shuffled_where_it_says_so() {
+        let whole: Vec<u8> = (0..20).collect();
+        assert_eq!(blosc(&packed(0, &whole), 20).ok(), Some(whole.clone()));
+        let together = [0, 2, 4, 6, 1, 3, 5, 7];
+        let shuffled: Vec<u8> = [0, 8]
+            .iter()
+            .flat_map(|first| together.map(|place| first + place))
+            .collect();
+        let expected = [shuffled, vec![16, 17, 18, 19]].concat();
+        assert_eq!(blosc(&packed(1, &whole), 20).ok(), Some(expected));
+        assert!(blosc(&packed(0, &whole), 24).is_err());
+    }
+}

@@ -46,6 +46,13 @@ impl Bounds {
         }
     }
 
+    /// The voxels from `low` to `high` along an axis that lie within, counted from the lowest.
+    pub fn span(&self, axis: usize, low: i64, high: i64) -> Option<[usize; 2]> {
+        let (low, high) = (low.max(self.low[axis]), high.min(self.high[axis]));
+        let from_lowest = |voxel: i64| usize::try_from(voxel - self.low[axis]).ok();
+        (low <= high).then_some([from_lowest(low)?, from_lowest(high)?])
+    }
+
     /// Voxels along each axis.
     pub fn sides(&self) -> [usize; 3] {
         core::array::from_fn(|axis| usize::try_from(self.high[axis] - self.low[axis] + 1).unwrap_or(0))
@@ -59,14 +66,50 @@ pub(super) struct Turn {
 }
 
 impl Turn {
+    /// The voxel of a leaf at `at` that is number `index`: z fastest.
+    pub fn voxel(self, at: Corner, index: usize) -> (Corner, Corner) {
+        let place = voxel(at, index);
+        self.cube(place, place)
+    }
+
     /// The box from `low` to `high`.
-    fn cube(self, low: Corner, high: Corner) -> (Corner, Corner) {
+    pub fn cube(self, low: Corner, high: Corner) -> (Corner, Corner) {
         if self.y_up {
             ([low[0], -high[2], low[1]], [high[0], -low[2], high[1]])
         } else {
             (low, high)
         }
     }
+}
+
+/// What the values of a grid are as densities.
+#[derive(Clone, Copy)]
+pub(super) struct Density {
+    level_set: bool,
+    /// Side of a voxel.
+    size: f64,
+}
+
+impl Density {
+    pub fn of(grid: &Grid<'_>) -> Self {
+        Self {
+            level_set: grid.level_set,
+            size: grid.scale.iter().product::<f64>().cbrt(),
+        }
+    }
+
+    pub fn at(self, value: f32) -> f64 {
+        match (self.level_set, f64::from(value)) {
+            // What is no number stays none.
+            (true, distance) => 0.5 - 0.5 * (distance / self.size).tanh(),
+            (false, density) => density,
+        }
+    }
+}
+
+/// The refusal of a value that is none.
+pub(super) fn not_finite() -> Fault {
+    Fault::content("holds a value that is not finite", "every value must be finite")
 }
 
 /// The bytes of a file that there is memory for.
@@ -85,7 +128,7 @@ pub(super) fn bounds_of(grid: &Grid<'_>, turn: Turn) -> Result<Bounds, Fault> {
             }
             Part::Leaf { at, active, .. } => {
                 for index in active.all() {
-                    let (low, high) = turn.cube(voxel(at, index), voxel(at, index));
+                    let (low, high) = turn.voxel(at, index);
                     bounds.add(low, high);
                 }
             }
@@ -132,11 +175,8 @@ pub(super) fn array(grid: &Grid<'_>, bounds: Bounds, turn: Turn) -> Result<Vec<f
             "make it coarser, or crop it",
         ));
     }
-    let size = grid.scale.iter().product::<f64>().cbrt();
-    let density = |value: f32| match (grid.level_set, f64::from(value)) {
-        (true, distance) => 0.5 - 0.5 * (distance / size).tanh(),
-        (false, density) => density,
-    };
+    let of_grid = Density::of(grid);
+    let density = |value: f32| of_grid.at(value);
     let mut values: Vec<f64> = Vec::new();
     let mut odd = false;
     walk(grid, |background, part| {
@@ -162,17 +202,14 @@ pub(super) fn array(grid: &Grid<'_>, bounds: Bounds, turn: Turn) -> Result<Vec<f
             Part::Tile { at, side, value, .. } => fill(turn.cube(at, at.map(|x| x + side - 1)), value),
             Part::Leaf { at, values, .. } => {
                 for (index, value) in values.into_iter().enumerate() {
-                    fill(turn.cube(voxel(at, index), voxel(at, index)), value);
+                    fill(turn.voxel(at, index), value);
                 }
             }
         }
         Ok(())
     })?;
     if odd {
-        return Err(Fault::content(
-            "holds a value that is not finite",
-            "every value must be finite",
-        ));
+        return Err(not_finite());
     }
     if values.len() != count {
         return Err(broken("it has no values"));

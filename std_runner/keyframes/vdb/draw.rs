@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use super::container::{self, Grid};
-use super::dense::{Bounds, Turn, array, bounds_of, bytes_of};
+use super::dense::{Bounds, Turn, bounds_of, bytes_of};
+use super::gather::gather;
 use crate::keyframes::error::Fault;
 use crate::keyframes::mesh::{Fit, Placed, Up};
 use crate::keyframes::note::Note;
-use crate::keyframes::npy::Array;
-use crate::keyframes::resample::{Edge, resample, windows};
+use crate::keyframes::resample::{Edge, windows};
 use crate::keyframes::{Canvas, ShapeError};
+use crate::undershoot::Undershoot;
 
 /// The grid `name` of the file at `path`, placed as a mesh is; what was found of it is added to `notes`.
 pub(in crate::keyframes) fn draw(
@@ -48,22 +49,23 @@ pub(in crate::keyframes) fn draw(
     let fit = Fit::of(placed.fit, around, canvas)?;
     let bounds = active.wider();
     let shape = bounds.sides();
-    let mut voxels = Array {
-        shape: shape.iter().rev().copied().collect(),
-        values: array(&grid, bounds, turn).map_err(of)?,
-    };
-    let clipped = voxels.clip().map_err(of)?;
-    let taps: Vec<_> = (0..3)
-        .map(|axis| {
-            let (size, middle) = (
-                fit.scale * scale[axis],
-                fit.scale * origin[axis] + fit.shift[axis],
-            );
-            let start = -middle / size - bounds.low[axis] as f64 + 0.5;
-            let cells = canvas.cells.get(axis).copied().unwrap_or(1);
-            windows(cells, shape[axis], start, canvas.cell_size() / size, Edge::Empty)
-        })
-        .collect();
+    let taps = core::array::from_fn(|axis| {
+        let (size, middle) = (
+            fit.scale * scale[axis],
+            fit.scale * origin[axis] + fit.shift[axis],
+        );
+        let start = -middle / size - bounds.low[axis] as f64 + 0.5;
+        let cells = canvas.cells.get(axis).copied().unwrap_or(1);
+        windows(cells, shape[axis], start, canvas.cell_size() / size, Edge::Empty)
+    });
+    let gathered = gather(&grid, bounds, turn, &taps).map_err(of)?;
+    let below = gathered.below.as_ref();
+    if let Some(found) = below.filter(|found| !found.is_small()) {
+        let [x, y, z] = shape;
+        let [found, remedy] = found.refused(&[z, y, x]);
+        return Err(of(Fault::content(found, remedy)));
+    }
+    let clipped = below.map(Undershoot::taken);
     let [x, y, z] = active.sides();
     let (shown, said) = (
         path.display(),
@@ -74,7 +76,7 @@ pub(in crate::keyframes) fn draw(
         grid.name,
         up.name()
     )));
-    Ok(resample(voxels.values, &shape, &taps))
+    Ok(gathered.cells)
 }
 
 /// Side of a voxel along each axis, and the middle of voxel 0, z up.

@@ -6,6 +6,7 @@ mod codec;
 mod container;
 mod dense;
 mod draw;
+mod gather;
 mod tree;
 
 pub(super) use dense::{Bounds, bounds, frame};

@@ -4,6 +4,7 @@ use super::bytes::{Bytes, broken};
 use super::codec::{Keeping, Mask, values};
 use super::container::Grid;
 use crate::keyframes::error::Fault;
+use std::collections::BTreeSet;
 
 /// The lowest voxel of something.
 pub(super) type Corner = [i64; 3];
@@ -28,6 +29,8 @@ pub(super) enum Part<'a> {
 /// Sides of what a node's place is, and of a node, in powers of two.
 const MIDDLE: (u32, u32) = (3, 4);
 const UPPER: (u32, u32) = (7, 5);
+/// Voxels along a side of a place of the root.
+const WHOLE: i64 = 4096;
 
 /// Gives the value outside of everything, then every part to `with`.
 pub(super) fn walk<'a>(
@@ -44,6 +47,15 @@ pub(super) fn walk<'a>(
         ..grid.keeping
     };
     let (tiles, children) = (bytes.u32()?, bytes.u32()?);
+    // No voxel is in two places: what says so again and again would fill the box again and again.
+    let mut known = BTreeSet::new();
+    let mut corner = |bytes: &mut Bytes<'_>| {
+        let at = corner(bytes)?;
+        if at.iter().any(|x| x % WHOLE != 0) || !known.insert(at) {
+            return Err(broken("its parts overlap"));
+        }
+        Ok(at)
+    };
     for _ in 0..tiles {
         let at = corner(&mut bytes)?;
         let (value, active) = (bytes.f32()?, bytes.byte()? != 0);
@@ -51,7 +63,7 @@ pub(super) fn walk<'a>(
             background,
             Part::Tile {
                 at,
-                side: 4096,
+                side: WHOLE,
                 value,
                 active,
             },

@@ -1,0 +1,70 @@
+//! Values of arrays and of pictures, one by one: the order of NumPy's arrays, long ones, alpha and windows of EXR.
+
+use super::shape_keys::folder;
+use exr::prelude::*;
+use std::fs;
+use std::path::Path;
+use thurible::keyframes::{Canvas, ShapeSpec};
+
+fn canvas(cells: usize) -> Canvas {
+    Canvas {
+        cells: vec![cells; 2],
+        periodic: vec![false; 2],
+        length: 1.0,
+    }
+}
+
+fn draw(shape: &str, cells: usize, base: &Path) -> Vec<f64> {
+    let spec: ShapeSpec = toml::from_str(shape).unwrap();
+    spec.rasterise(&canvas(cells), base).unwrap()
+}
+
+fn npy(order: &str, side: usize, values: impl Iterator<Item = f32>) -> Vec<u8> {
+    let header = format!("{{'descr': '<f4', 'fortran_order': {order}, 'shape': ({side}, {side}), }}\n");
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.bytes());
+    bytes.extend(values.flat_map(f32::to_le_bytes));
+    bytes
+}
+
+#[test]
+fn arrays_of_either_order_are_the_same_however_long() {
+    let base = folder("array_orders");
+    for side in [3, 100] {
+        let value = |row: usize, column: usize| 0.25 + (row * side + column) as f32 / (side * side) as f32;
+        let rows = (0..side * side).map(|at| value(at / side, at % side));
+        let columns = (0..side * side).map(|at| value(at % side, at / side));
+        let mut file = npy("False", side, rows);
+        // What follows the values is not theirs.
+        file.extend([0xff; 64]);
+        fs::write(base.join("rows.npy"), file).unwrap();
+        fs::write(base.join("columns.npy"), npy("True", side, columns)).unwrap();
+        let drawn = draw("file = \"rows.npy\"", side, &base);
+        assert_eq!(drawn[side + 2], f64::from(value(1, 2)));
+        assert_eq!(draw("file = \"columns.npy\"", side, &base), drawn, "{side}");
+    }
+}
+
+#[test]
+fn alpha_of_exr_is_taken_out_of_its_colours_and_windows_are_kept() {
+    let base = folder("exr_window");
+    let channels = SpecificChannels::rgba(|_: Vec2<usize>| (0.25_f32, 0.25_f32, 0.25_f32, 0.5_f32));
+    let attributes = LayerAttributes {
+        layer_position: Vec2(11, 23),
+        ..LayerAttributes::default()
+    };
+    let layer = Layer::new((4, 4), attributes, Encoding::UNCOMPRESSED, channels);
+    let mut image = Image::from_layer(layer);
+    image.attributes.display_window = IntegerBounds::new((10, 20), (8, 8));
+    image.write().to_file(base.join("a.exr")).unwrap();
+    // A pixel from the left of the window, and a pixel from below.
+    let inside = |cell: usize| (1..5).contains(&(cell % 8)) && (1..5).contains(&(cell / 8));
+    for (ink, expected) in [("", 0.5), ("\nink = \"light\"", 0.25), ("\nink = \"dark\"", 0.25)] {
+        let drawn = draw(&format!("image = \"a.exr\"{ink}"), 8, &base);
+        for (cell, value) in drawn.into_iter().enumerate() {
+            let expected = if inside(cell) { expected } else { 0.0 };
+            assert_eq!(value, expected, "{ink} cell {cell}");
+        }
+    }
+}
