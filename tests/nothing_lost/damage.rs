@@ -21,12 +21,12 @@ pub fn all(place: &Place, count: u64, random: &mut Random) {
             let folder = place.fresh(case);
             copy(&kept, &folder.join("out.checkpoint"));
             let both = number / cases % 2 == 0;
-            let one = usize::try_from(random.below(2)).unwrap();
+            let one = random.below(2);
             let damaged = if both { &STATES[..] } else { &STATES[one..=one] };
             for state in damaged {
                 let path = folder.join("out.checkpoint").join(state);
                 let mut bytes = fs::read(&path).unwrap();
-                let place = usize::try_from(random.below(bytes.len() as u64)).unwrap();
+                let place = random.below(bytes.len());
                 if random.below(2) == 0 {
                     bytes.truncate(place);
                 } else {

@@ -28,8 +28,8 @@ pub fn all(place: &Place, count: u64, random: &mut Random) {
 /// Starts a command and kills it after a random part of `takes`; whether it was still running.
 fn killed(command: &mut Command, takes: Duration, random: &mut Random) -> bool {
     let mut program = command.spawn().unwrap();
-    let micros = u64::try_from(takes.as_micros()).unwrap() * 11 / 10;
-    sleep(Duration::from_micros(random.below(micros)));
+    let micros = usize::try_from(takes.as_micros()).unwrap() * 11 / 10;
+    sleep(Duration::from_micros(random.below(micros) as u64));
     let over = program.try_wait().unwrap().is_some();
     // SIGKILL.
     let _ = program.kill();

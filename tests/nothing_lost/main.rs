@@ -11,23 +11,13 @@ mod calls;
 mod damage;
 mod kill;
 mod place;
+#[path = "../fuzz/random.rs"]
+mod random;
 mod scenes;
 
 use place::Place;
+use random::Random;
 use std::path::PathBuf;
-
-/// Numbers that look random and are the same for the same seed: xorshift64*, Vigna 2016.
-pub struct Random(u64);
-
-impl Random {
-    /// A number from 0 to below `end`.
-    pub fn below(&mut self, end: u64) -> u64 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        (self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 16) % end.max(1)
-    }
-}
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -38,7 +28,7 @@ fn main() {
         std::process::exit(2);
     };
     let number = |index: usize, or: u64| rest.get(index).map_or(or, |text| text.parse().unwrap());
-    let (count, mut random) = (number(0, 100), Random(number(1, 1).max(1)));
+    let (count, mut random) = (number(0, 100), Random::new(number(1, 1)));
     let place = Place::new(
         std::fs::canonicalize(program).unwrap(),
         std::path::absolute(PathBuf::from(work)).unwrap(),

@@ -1,0 +1,96 @@
+//! What commands read beside scenes: they plan, and do no more, where they can.
+
+use clap::Parser;
+use std::path::Path;
+use thurible::cli::{Cli, Command};
+use thurible::commands::{condense, deblur, export, resume, solve, sweep, tomography, track};
+use thurible::exit::Failure;
+
+/// Runs a command of the program in this process.
+pub fn command(arguments: &[&str]) -> Result<u8, Failure> {
+    let cli = Cli::try_parse_from([&["thurible"], arguments].concat())
+        .map_err(|error| Failure::Input(error.to_string()))?;
+    match &cli.command {
+        Command::Solve(arguments) => solve::run(arguments),
+        Command::Resume(arguments) => resume::run(arguments),
+        Command::Condense(arguments) => condense::run(arguments),
+        Command::Tomography(arguments) => tomography::run(arguments),
+        Command::Track(arguments) => track::run(arguments),
+        Command::Deblur(arguments) => deblur::run(arguments),
+        Command::Export(arguments) => export::run(arguments),
+        Command::Sweep(arguments) => sweep::run(arguments),
+        _ => unreachable!(),
+    }
+}
+
+/// Whether a command did what it was told.
+pub fn is_done(arguments: &[&str]) -> bool {
+    command(arguments).is_ok()
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// A command line, an argument in each line.
+pub fn arguments(_: &Path, bytes: &[u8]) -> bool {
+    let line = String::from_utf8_lossy(bytes);
+    Cli::try_parse_from(core::iter::once("thurible").chain(line.lines())).is_ok()
+}
+
+/// What a sweep varies. It plans every run and prints nothing where there is none of the number that is asked for.
+pub fn varied(path: &Path, bytes: &[u8]) -> bool {
+    let scene = path.with_file_name("s.toml");
+    let line = String::from_utf8_lossy(bytes);
+    let vary = format!("--vary={line}");
+    let all = ["sweep", text(&scene), &vary, "--only", "99999", "--quiet"];
+    match command(&all) {
+        Err(Failure::Input(why)) => why.starts_with("--only"),
+        _ => false,
+    }
+}
+
+pub fn condensed(path: &Path, _: &[u8]) -> bool {
+    is_done(&["condense", text(path), "--plan", "--quiet"])
+}
+
+pub fn condensed_obj(path: &Path, _: &[u8]) -> bool {
+    condensed(&path.with_file_name("obj.toml"), &[])
+}
+
+pub fn condensed_msh(path: &Path, _: &[u8]) -> bool {
+    condensed(&path.with_file_name("msh.toml"), &[])
+}
+
+/// Cameras and their pictures.
+pub fn views(path: &Path, _: &[u8]) -> bool {
+    is_done(&["tomography", text(path), "--plan", "--quiet", "--threads", "1"])
+}
+
+pub fn capture(path: &Path, _: &[u8]) -> bool {
+    is_done(&["track", text(path), "--plan", "--quiet", "--threads", "1"])
+}
+
+pub fn blur(path: &Path, bytes: &[u8]) -> bool {
+    let image = path.with_file_name("b.npy");
+    let line = String::from_utf8_lossy(bytes);
+    let psf = format!("--psf={line}");
+    is_done(&["deblur", text(&image), &psf, "--plan", "--quiet"])
+}
+
+/// What a result says of itself, as an export reads it.
+pub fn report(path: &Path, _: &[u8]) -> bool {
+    let done = path.parent().unwrap();
+    let out = done.with_file_name("exported");
+    is_done(&[
+        "export",
+        text(done),
+        "--format",
+        "vti",
+        "--steps",
+        "0",
+        "-o",
+        text(&out),
+        "--quiet",
+    ])
+}

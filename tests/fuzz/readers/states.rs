@@ -1,0 +1,26 @@
+//! Saved solvers and the states of solves.
+
+use super::commands::is_done;
+use crate::seeds::kept::with_solver;
+use std::path::Path;
+use thurible_core::{Serial, Silent};
+
+pub fn saved(_: &Path, bytes: &[u8]) -> bool {
+    with_solver(|solver| {
+        let is_taken = solver.restore(bytes).is_ok();
+        if is_taken {
+            // Any numbers: it may end anywhere, but in order.
+            solver.step(&Serial, &mut Silent);
+            let _ = solver.finish(&Serial);
+        }
+        is_taken
+    })
+}
+
+/// Goes on from it: the whole way.
+pub fn checkpoint(path: &Path, _: &[u8]) -> bool {
+    let states = path.parent().unwrap();
+    let out = states.with_file_name("on");
+    let [states, out] = [states, &out].map(|path| path.to_str().unwrap());
+    is_done(&["resume", states, "-o", out, "--quiet", "--threads", "1"])
+}
