@@ -229,6 +229,9 @@ fn go<T: Real>(
 }
 
 fn print_plan(request: &Request, ledger: &Ledger, planned: usize) {
+    if request.mode == Mode::Quiet {
+        return;
+    }
     if request.mode == Mode::Json {
         let lines = ledger
             .entries()

@@ -101,6 +101,9 @@ pub(super) fn too_large(request: &Request<'_>, views: &Views, plan: &Plan) -> Fa
 
 /// Prints it.
 pub(super) fn print_plan(request: &Request<'_>, plan: &Plan) {
+    if request.options.mode() == Mode::Quiet {
+        return;
+    }
     let entries = plan.ledger.entries();
     if request.options.mode() == Mode::Json {
         let ledger = entries

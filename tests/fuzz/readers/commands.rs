@@ -51,7 +51,15 @@ pub fn varied(path: &Path, bytes: &[u8]) -> bool {
 }
 
 pub fn condensed(path: &Path, _: &[u8]) -> bool {
-    is_done(&["condense", text(path), "--plan", "--quiet"])
+    // A mesh of cells is as large as the scene says, up to what is allowed.
+    is_done(&[
+        "condense",
+        text(path),
+        "--plan",
+        "--quiet",
+        "--memory-limit",
+        "16MiB",
+    ])
 }
 
 pub fn condensed_obj(path: &Path, _: &[u8]) -> bool {

@@ -1,8 +1,8 @@
 //! Checksums are made right again, often, so that changes come to what is behind them.
 
 use crate::random::Random;
-use crate::seeds::kept::{parts, state_sum};
-use thurible_core::checkpoint::{CHECK, HEAD, MAGIC, Mix};
+use crate::seeds::kept::{core_state, parts, state_sum};
+use thurible_core::checkpoint::{CHECK, HEAD, Mix};
 
 pub fn nothing(_: &mut [u8], _: &mut Random) {}
 
@@ -100,10 +100,7 @@ fn mend_fields(bytes: &mut [u8]) {
 
 /// The checksum of a state, mostly, and those of the saved bytes in it.
 pub fn state(bytes: &mut [u8], random: &mut Random) {
-    let magic = MAGIC.to_le_bytes();
-    // The file begins with the same word.
-    let begin = bytes.windows(8).skip(16).position(|part| part == magic);
-    if let Some(held) = begin.and_then(|begin| bytes.get_mut(16 + begin..)) {
+    if let Some(held) = core_state(bytes).and_then(|begin| bytes.get_mut(begin..)) {
         saved(held, random);
     }
     if random.below(8) > 0

@@ -32,10 +32,12 @@ pub const READERS: &[Reader] = &[
     Reader::of("scene", "a.toml", texts::scenes, shapes::scene).text(),
     Reader::of("set", "a.txt", texts::assignments, shapes::assignment).text(),
     Reader::of("pattern", "a.txt", texts::patterns, shapes::pattern).text(),
-    Reader::of("arguments", "a.txt", texts::arguments, commands::arguments).text(),
+    Reader::of("arguments", "a.txt", texts::arguments, commands::arguments)
+        .text()
+        .dear(4),
     Reader::of("vary", "a.txt", texts::varied, commands::varied)
         .text()
-        .dear(10),
+        .dear(20),
     Reader::of("npy", "a.npy", arrays::arrays, shapes::array),
     Reader::of("npz", "a.npz", arrays::archives, shapes::archive).mended(mend::zip),
     Reader::of("velocity", "v.npz", arrays::archives, shapes::velocity).mended(mend::zip),
@@ -45,8 +47,10 @@ pub const READERS: &[Reader] = &[
     Reader::of("tiff", "a.tif", pictures::tiffs, shapes::tiff),
     Reader::of("webp", "a.webp", pictures::webps, shapes::webp),
     Reader::of("exr", "a.exr", pictures::exrs, shapes::exr),
-    Reader::of("svg", "a.svg", texts::drawings, shapes::svg).text(),
-    Reader::of("font", "a.ttf", pictures::fonts, shapes::font).dear(4),
+    Reader::of("svg", "a.svg", texts::drawings, shapes::svg)
+        .text()
+        .dear(20),
+    Reader::of("font", "a.ttf", pictures::fonts, shapes::font).dear(10),
     Reader::of("obj", "a.obj", bodies::objs, shapes::obj).text(),
     Reader::of("stl", "a.stl", bodies::stls, shapes::stl),
     Reader::of("ply", "a.ply", bodies::plys, shapes::ply),
@@ -54,7 +58,9 @@ pub const READERS: &[Reader] = &[
     Reader::of("glb", "a.glb", bodies::glbs, shapes::glb),
     Reader::of("vdb", "a.vdb", bodies::volumes, shapes::volume).dear(4),
     Reader::of("vdb_frames", "v.vdb", bodies::volumes, shapes::volumes).dear(4),
-    Reader::of("condense", "c.toml", texts::condensed, commands::condensed).text(),
+    Reader::of("condense", "c.toml", texts::condensed, commands::condensed)
+        .text()
+        .dear(4),
     Reader::of(
         "condense_obj",
         "m.obj",
@@ -63,12 +69,18 @@ pub const READERS: &[Reader] = &[
     )
     .text(),
     Reader::of("condense_msh", "m.msh", bodies::mshs, commands::condensed_msh).text(),
-    Reader::of("views", "views.toml", texts::views, commands::views).text(),
-    Reader::of("capture", "k.toml", texts::captures, commands::capture).text(),
-    Reader::of("psf", "a.txt", texts::blurs, commands::blur).text(),
-    Reader::of("report", "done/report.json", kept::reports, commands::report)
+    Reader::of("views", "views.toml", texts::views, commands::views)
         .text()
         .dear(4),
+    Reader::of("capture", "k.toml", texts::captures, commands::capture)
+        .text()
+        .dear(4),
+    Reader::of("psf", "a.txt", texts::blurs, commands::blur)
+        .text()
+        .dear(4),
+    Reader::of("report", "done/report.json", kept::reports, commands::report)
+        .text()
+        .dear(20),
     Reader::of("saved", "a.saved", kept::saved, states::saved).mended(mend::saved),
     Reader::of(
         "checkpoint",

@@ -154,11 +154,9 @@ pub fn volumes(work: &Path) -> Vec<Vec<u8>> {
         ];
         let manner = ["--compression", packing, "--precision", precision];
         command(&[&export[..], &manner].concat()).unwrap();
-        let entries = std::fs::read_dir(out).unwrap().map(|entry| entry.unwrap().path());
-        let volume = entries
-            .filter(|path| path.is_file())
-            .find(|path| path.extension().is_some_and(|ending| ending == "vdb"));
-        files.push(std::fs::read(volume.unwrap()).unwrap());
+        let mut volumes = std::fs::read_dir(Path::new(out).join("vdb")).unwrap();
+        let volume = volumes.next().unwrap().unwrap().path();
+        files.push(std::fs::read(volume).unwrap());
     }
     files
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Mutex;
 use thurible::region::Region;
-use thurible_core::checkpoint::{CHECK, HEAD, Label, MAGIC, Mix};
+use thurible_core::checkpoint::{CHECK, FORMAT, HEAD, Label, MAGIC, Mix};
 use thurible_core::{Boundary, D2, Params, Plan, Problem, Serial, Silent, Solver};
 
 /// A solver of 6 x 5 cells and 3 steps.
@@ -128,11 +128,22 @@ fn killed(work: &Path, options: &[&str]) -> Vec<u8> {
         child.wait().unwrap();
         // Its text is in the state: the file is not needed, and must not differ.
         fs::remove_file(&scene).unwrap();
-        if let Ok(kept) = fs::read(&state) {
-            return sealed_again(kept);
+        // One of a later window needs the files beside it.
+        let kept = fs::read(&state).ok().map(sealed_again);
+        if let Some(kept) = kept.filter(|kept| goes_on(work, kept)) {
+            return kept;
         }
     }
     panic!("no state was seen");
+}
+
+/// Whether a solve goes on from this state alone.
+fn goes_on(work: &Path, state: &[u8]) -> bool {
+    let (states, out) = (work.join("alone"), work.join("alone_on"));
+    fs::create_dir_all(&states).unwrap();
+    fs::write(states.join("state.0"), state).unwrap();
+    let [states, out] = [&states, &out].map(|path| path.to_str().unwrap());
+    command(&["resume", states, "-o", out, "--quiet", "--threads", "1"]).is_ok()
 }
 
 /// The same state of a solve that goes on for few iterations, with the fields of what the core saved remembered.
@@ -143,11 +154,16 @@ fn sealed_again(mut kept: Vec<u8>) -> Vec<u8> {
     let sum = kept.len() - CHECK;
     let right = state_sum(&kept[..sum]).to_le_bytes();
     kept[sum..].copy_from_slice(&right);
-    let magic = MAGIC.to_le_bytes();
-    let begin = 16 + kept[16..].windows(8).position(|part| part == magic).unwrap();
+    let begin = core_state(&kept).unwrap();
     let bytes = Label::of(&kept[begin..]).unwrap().bytes;
     remember_parts(&kept[begin..begin + usize::try_from(bytes).unwrap()]);
     kept
+}
+
+/// Where in a state what the core saved begins: the word alone is in paths too.
+pub fn core_state(kept: &[u8]) -> Option<usize> {
+    let begins = [MAGIC, FORMAT].map(u64::to_le_bytes).concat();
+    kept.windows(begins.len()).position(|part| part == begins)
 }
 
 /// The checksum of a state: of all before it, in pieces.
