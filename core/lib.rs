@@ -130,6 +130,7 @@ pub use method::simulate::guide::GuideSolver;
 pub use nso::{Norm, NsoParams, NsoSolver, colours::Colours};
 pub use observe::{Event, Observer, Phase, Silent};
 pub use operator::{Operator, OperatorParams, OperatorPlan};
+pub use optimise::quasi_newton::history::HistoryPrecision;
 pub use problem::{
     Advection, Emitter, Feature, Problem, ProblemError, Scheme, Supply, Template, TemplateKind,
 };

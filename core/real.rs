@@ -59,6 +59,12 @@ pub trait Real:
     /// Neither infinite nor NaN.
     fn is_finite(self) -> bool;
 
+    /// Both numbers in the bytes of one: as bfloat16 in an `f32`, as `f32` in an `f64`, the first in the upper half. Each goes to the nearest
+    /// that a half has, ties to the even one, by arithmetic on its bits that every machine does alike; what is no number stays so.
+    fn of_halves(numbers: [Self; 2]) -> Self;
+    /// The numbers that [`Self::of_halves`] left; always exact.
+    fn halves(self) -> [Self; 2];
+
     /// Its bytes, little-endian, into [`Self::BYTES`] of them.
     fn write(self, bytes: &mut [u8]);
     /// From [`Self::BYTES`] little-endian bytes.
@@ -71,8 +77,41 @@ pub trait Real:
     }
 }
 
+/// The bits of a number in `f32` rounded to bfloat16, which are the upper ones; the lower ones are of no use.
+#[inline(always)]
+fn rounded(x: f32) -> u32 {
+    let bits = x.to_bits();
+    // NaN would carry into the sign.
+    if x.is_nan() {
+        0x7fc0_0000
+    } else {
+        bits + 0x7fff + (bits >> 16 & 1)
+    }
+}
+
+#[inline(always)]
+fn of_halves_f32([upper, lower]: [f32; 2]) -> f32 {
+    f32::from_bits(rounded(upper) & 0xffff_0000 | rounded(lower) >> 16)
+}
+
+#[inline(always)]
+fn halves_f32(both: f32) -> [f32; 2] {
+    [both.to_bits() & 0xffff_0000, both.to_bits() << 16].map(f32::from_bits)
+}
+
+#[inline(always)]
+fn of_halves_f64(numbers: [f64; 2]) -> f64 {
+    let [upper, lower] = numbers.map(|x| u64::from((x as f32).to_bits()));
+    f64::from_bits(upper << 32 | lower)
+}
+
+#[inline(always)]
+fn halves_f64(both: f64) -> [f64; 2] {
+    [both.to_bits() >> 32, both.to_bits()].map(|half| f64::from(f32::from_bits(half as u32)))
+}
+
 macro_rules! real {
-    ($t:ident, $bytes:expr, $sqrt:path, $wide:ident, $medium:ident, $narrow:ident) => {
+    ($t:ident, $bytes:expr, $sqrt:path, $halves:path, $of_halves:path, $wide:ident, $medium:ident, $narrow:ident) => {
         impl Real for $t {
             const BYTES: usize = $bytes;
             const ZERO: Self = 0.0;
@@ -105,6 +144,14 @@ macro_rules! real {
                 $t::is_finite(self)
             }
             #[inline(always)]
+            fn of_halves(numbers: [Self; 2]) -> Self {
+                $of_halves(numbers)
+            }
+            #[inline(always)]
+            fn halves(self) -> [Self; 2] {
+                $halves(self)
+            }
+            #[inline(always)]
             fn write(self, bytes: &mut [u8]) {
                 bytes
                     .iter_mut()
@@ -121,5 +168,23 @@ macro_rules! real {
     };
 }
 
-real!(f32, 4, libm::sqrtf, F32Wide, F32Medium, F32Narrow);
-real!(f64, 8, libm::sqrt, F64Wide, F64Medium, F64Narrow);
+real!(
+    f32,
+    4,
+    libm::sqrtf,
+    halves_f32,
+    of_halves_f32,
+    F32Wide,
+    F32Medium,
+    F32Narrow
+);
+real!(
+    f64,
+    8,
+    libm::sqrt,
+    halves_f64,
+    of_halves_f64,
+    F64Wide,
+    F64Medium,
+    F64Narrow
+);

@@ -58,7 +58,7 @@ pub struct Evaluation<'a, 'm, T> {
     pub divided: VectorMut<'a, T>,
     /// What the parts of an evaluation use in turn.
     pub region: &'a mut [T],
-    /// See [`sums_per_row`](crate::optimise::quasi_newton::fields::sums_per_row).
+    /// See [`History::sums_per_row`](crate::optimise::quasi_newton::history::History::sums_per_row).
     pub sums: &'a mut [f64],
 }
 

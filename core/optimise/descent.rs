@@ -4,6 +4,7 @@ pub use super::course::Course;
 pub use super::function::Function;
 
 use super::line_search::{Found, search};
+use super::quasi_newton::history::History;
 use super::quasi_newton::recursion::QuasiNewton;
 use crate::checkpoint::{Damaged, MANY, Record};
 use crate::exec::Exec;
@@ -42,9 +43,9 @@ pub struct Descent {
 }
 
 impl Descent {
-    /// Not begun, with so many pairs at most.
+    /// Not begun, with no pairs yet.
     #[must_use]
-    pub fn new(history: usize) -> Self {
+    pub fn new(history: History) -> Self {
         Self {
             newton: QuasiNewton::new(history),
             objective: None,

@@ -13,8 +13,7 @@ use crate::grid::{Boundary, Grid, Space};
 use crate::memory::{Layout, TooSmall};
 use crate::operators::blur::{along_len, widest};
 use crate::optimise::descent::Descent;
-use crate::optimise::quasi_newton;
-use crate::optimise::quasi_newton::recursion::{MAX_PAIRS, fields_of};
+use crate::optimise::quasi_newton::history::{History, MAX_PAIRS};
 use crate::problem::{PACKED, Problem};
 use crate::progress::Objective;
 use crate::real::Real;
@@ -87,7 +86,7 @@ impl<'m, T: Real, S: Space> Fluids<'m, T, S> {
             },
             z: &mut [],
             list: list(pitch::<T>(unknowns.total())),
-            fields: (0..fields_of(params.history))
+            fields: (0..History::full(params.history).fields())
                 .map(|_| Default::default())
                 .collect(),
             slots: &mut [],
@@ -100,7 +99,7 @@ impl<'m, T: Real, S: Space> Fluids<'m, T, S> {
             numbers: &mut [],
             taps: &mut [],
             mass: 0.0,
-            descent: Descent::new(params.history),
+            descent: Descent::new(History::full(params.history)),
             scale: 1.0,
             taped: false,
             repeated: 0,
@@ -198,7 +197,7 @@ impl<'m, T: Real, S: Space> Fluids<'m, T, S> {
             along_len(&self.flow.grid, widest(self.filters), params.threads)
         };
         layout.work("Gaussian taps and rows", &mut self.taps, taps)?;
-        let of_list = quasi_newton::fields::sums_per_row(MAX_PAIRS) + 2;
+        let of_list = History::full(MAX_PAIRS).sums_per_row() + 2;
         let sums = (SUMS * self.flow.grid.rows()).max(of_list * self.list.rows());
         layout.work("sums of rows", &mut self.flow.sums, sums)
     }

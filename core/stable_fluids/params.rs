@@ -3,7 +3,7 @@
 use super::slots::Slots;
 use crate::method::choices::{Choices, Kind, Numbers, choices};
 use crate::method::refusal::{PlanError, count};
-use crate::optimise::quasi_newton::recursion::MAX_PAIRS;
+use crate::optimise::quasi_newton::history::MAX_PAIRS;
 use crate::problem::{Feature, Problem, ProblemError, TemplateError, TemplateKind};
 use crate::words::named;
 

@@ -5,6 +5,7 @@ use crate::checkpoint::{self, Damaged, MANY, Record, Resumable, SavedError, Sink
 use crate::grid::Space;
 use crate::memory::Layout;
 use crate::optimise::descent::Descent;
+use crate::optimise::quasi_newton::history::History;
 use crate::problem::Problem;
 use crate::progress::Objective;
 use crate::real::Real;
@@ -127,6 +128,6 @@ impl<T: Real, S: Space> Resumable for Fluids<'_, T, S> {
         (self.iteration, self.objective) = (0, Objective::default());
         // A keyframe that is 0 is none.
         self.keyframes.fill(T::ZERO);
-        self.descent = Descent::new(self.params.history);
+        self.descent = Descent::new(History::full(self.params.history));
     }
 }

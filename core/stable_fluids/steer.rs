@@ -5,6 +5,7 @@ use crate::exec::Exec;
 use crate::grid::Space;
 use crate::observe::Observer;
 use crate::optimise::descent::Descent;
+use crate::optimise::quasi_newton::history::History;
 use crate::progress::{Fact, Kind, Objective, Progress, Status};
 use crate::real::Real;
 use crate::transport::Stop;
@@ -42,7 +43,7 @@ impl<T: Real, S: Space> Fluids<'_, T, S> {
     pub fn unknowns_mut(&mut self) -> &mut [T] {
         self.begin();
         self.taped = false;
-        self.descent = Descent::new(self.params.history);
+        self.descent = Descent::new(History::full(self.params.history));
         self.z.get_mut(..self.unknowns.total()).unwrap_or_default()
     }
 
@@ -103,7 +104,10 @@ impl<T: Real, S: Space> Fluids<'_, T, S> {
         observer: &mut dyn Observer,
         progress: &mut Progress,
     ) -> Result<(), Status> {
-        let descent = core::mem::replace(&mut self.descent, Descent::new(self.params.history));
+        let descent = core::mem::replace(
+            &mut self.descent,
+            Descent::new(History::full(self.params.history)),
+        );
         let (tolerance, most) = (self.params.tolerance, self.params.iterations);
         let mut search = self.search();
         let stepped = descent.step::<T, S>(exec, observer, &mut search, tolerance, progress);

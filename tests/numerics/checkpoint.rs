@@ -3,7 +3,8 @@
 use crate::fields::cases::{Scene, Solved, StopAt};
 use crate::fields::{Memory, with_threads};
 use thurible_core::{
-    D2, D3, Method, NsoSolver, Params, Progress, Real, Serial, Silent, Solver, Space, Status,
+    D2, D3, HistoryPrecision, Method, NsoSolver, Params, Progress, Real, Serial, Silent, Solver, Space,
+    Status,
 };
 
 pub const METHODS: [Method; 7] = [
@@ -159,9 +160,14 @@ fn choices_with_state_of_their_own_go_on() {
     // As many pairs as there may be: the head has room for them.
     long.params.direct.history = Some(8);
     goes_on::<f32, D2>(&long);
+    long.params.direct.history_precision = HistoryPrecision::Half;
+    goes_on::<f32, D2>(&long);
+    goes_on::<f64, D2>(&long);
     long.params.method = Method::Lbfgs;
     (long.params.lbfgs.history, long.params.lbfgs.tolerance) = (Some(2), 1e-12);
     goes_on::<f64, D2>(&long);
+    long.params.lbfgs.history_precision = HistoryPrecision::Half;
+    goes_on::<f32, D2>(&long);
 }
 
 /// The direct method saves on coarser grids too.

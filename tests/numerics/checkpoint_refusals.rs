@@ -130,6 +130,9 @@ fn bytes_of_another_solve_are_refused() {
     refuses("scheme", &|scene| scene.scheme = thurible_core::Scheme::Central);
     refuses("method", &|scene| scene.params.method = Method::Lbfgs);
     refuses("history", &|scene| scene.params.direct.history = Some(4));
+    refuses("history_precision", &|scene| {
+        scene.params.direct.history_precision = thurible_core::HistoryPrecision::Half;
+    });
     refuses("tolerance", &|scene| scene.params.direct.tolerance = 1e-3);
     refuses("nested", &|scene| scene.params.direct.nested = false);
     assert_eq!(

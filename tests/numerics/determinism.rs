@@ -6,15 +6,22 @@ use crate::fields::with_threads;
 use std::sync::Mutex;
 use thurible_core::nso::colours::Colours;
 use thurible_core::simd::{Level, level, limit};
-use thurible_core::{D2, D3, Method, Params, Real, Scheme, Silent, Space};
+use thurible_core::{D2, D3, HistoryPrecision, Method, Params, Real, Scheme, Silent, Space};
 
 /// The level is one for the whole process, so only one test at a time may change it.
-static LEVEL: Mutex<()> = Mutex::new(());
+pub static LEVEL: Mutex<()> = Mutex::new(());
+
+/// The scene with the pairs of L-BFGS in half the bytes.
+fn in_halves(mut scene: Scene) -> Scene {
+    scene.params.direct.history_precision = HistoryPrecision::Half;
+    scene.params.lbfgs.history_precision = HistoryPrecision::Half;
+    scene
+}
 
 /// Scenes by `limited` transport are solved among solid cells.
 fn in_2d() -> [Scene; 5] {
     let long = Scene::small(&[300, 9], "pw", 4);
-    let wide = Scene::small(&[37, 18], "wp", 6);
+    let wide = in_halves(Scene::small(&[37, 18], "wp", 6));
     let mut papers = Scene {
         scheme: Scheme::Central,
         ..Scene::small(&[11, 13], "pp", 5)
@@ -29,7 +36,7 @@ fn in_2d() -> [Scene; 5] {
 
 fn in_3d() -> [Scene; 3] {
     [
-        Scene::small(&[18, 8, 7], "wwp", 4),
+        in_halves(Scene::small(&[18, 8, 7], "wwp", 4)),
         Scene {
             scheme: Scheme::SemiLagrangian,
             ..Scene::small(&[7, 6, 9], "pww", 3)
@@ -192,6 +199,8 @@ fn nested_starts() {
     starts_agree::<f64, D2>(&plane);
     starts_agree::<f32, D3>(&space);
     starts_agree::<f64, D3>(&space);
+    starts_agree::<f32, D2>(&in_halves(plane));
+    starts_agree::<f64, D3>(&in_halves(space));
 }
 
 #[test]

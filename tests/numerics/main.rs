@@ -32,6 +32,7 @@ mod geometry;
 mod gradients;
 mod grid;
 mod guide;
+mod halves;
 mod inputs;
 mod limited;
 mod memory;

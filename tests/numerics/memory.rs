@@ -7,8 +7,8 @@ use crate::fields::random::Random;
 use core::mem::MaybeUninit;
 use thurible_core::nso::colours::Colours;
 use thurible_core::{
-    D2, D3, Entry, Method, NsoSolver, Params, Plan, PlanError, ProblemError, Real, Sharing, Solver,
-    SolverError, Space,
+    D2, D3, Entry, HistoryPrecision, Method, NsoSolver, Params, Plan, PlanError, ProblemError, Real, Sharing,
+    Solver, SolverError, Space,
 };
 
 const METHODS: [Method; 7] = [
@@ -51,6 +51,9 @@ fn random_scene(random: &mut Random, dims: usize) -> Scene {
         scene.densities.truncate(1);
     }
     scene.params.direct.history = random.pick(&[None, None, Some(1), Some(8)]);
+    let precisions = [HistoryPrecision::Full, HistoryPrecision::Half];
+    scene.params.direct.history_precision = random.pick(&precisions);
+    scene.params.lbfgs.history_precision = random.pick(&precisions);
     scene.params.direct.nested = random.coin();
     scene.params.admm.relaxation = random.pick(&[1.0, 1.5]);
     scene.params.admm.nso.solver = random.pick(&[NsoSolver::Stfas, NsoSolver::Stfas, NsoSolver::NewtonCg]);
@@ -233,6 +236,34 @@ fn what_the_memory_held_before_does_not_matter() {
         rubbish_does_not_matter::<f64, D3>(&by(Scene::small(&[6, 5, 7], "pww", 4)));
         rubbish_does_not_matter::<f32, D2>(&by(Scene::small(&[33, 20], "wp", 5)).among_solids());
         rubbish_does_not_matter::<f64, D3>(&by(Scene::small(&[8, 9, 8], "www", 4)).among_solids());
+    }
+}
+
+/// m pairs are m + 3 fields in halves, and 2 m + 2 as they are.
+#[test]
+fn pairs_in_halves_take_fewer_bytes() {
+    let (cells, slots) = (24 * 24, 11);
+    let mut scene = Scene::small(&[24, 24], "ww", 12);
+    scene.params.direct.nested = false;
+    for method in [Method::Direct, Method::Lbfgs] {
+        scene.params.method = method;
+        for pairs in 1..=8 {
+            (scene.params.direct.history, scene.params.lbfgs.history) = (Some(pairs), Some(pairs));
+            let mut bytes = |precision| {
+                scene.params.direct.history_precision = precision;
+                scene.params.lbfgs.history_precision = precision;
+                let plan = scene.plan::<f32, D2>();
+                [plan.bytes(), plan.saved_bytes()]
+            };
+            let [full, half] = [HistoryPrecision::Full, HistoryPrecision::Half].map(&mut bytes);
+            let fewer = (pairs - 1) * 2 * 4 * cells * slots;
+            assert_eq!(full[0] - half[0], fewer, "{method:?}, {pairs} pairs: the block");
+            assert_eq!(
+                full[1] - half[1],
+                fewer,
+                "{method:?}, {pairs} pairs: what is saved"
+            );
+        }
     }
 }
 

@@ -8,8 +8,9 @@ use core::ops::ControlFlow;
 use thurible_core::exec::Exec;
 use thurible_core::field::trajectory::Shape;
 use thurible_core::optimise::descent::{Course, Descent, Function, Outcome};
-use thurible_core::optimise::quasi_newton::fields::{Fields, Initial, sums_per_row};
-use thurible_core::optimise::quasi_newton::recursion::{Borrowed, QuasiNewton, fields_of};
+use thurible_core::optimise::quasi_newton::fields::{Fields, Initial};
+use thurible_core::optimise::quasi_newton::history::History;
+use thurible_core::optimise::quasi_newton::recursion::{Borrowed, QuasiNewton};
 use thurible_core::transport::Stop;
 use thurible_core::{D2, Event, Method, Objective, Observer, Params, Real, Serial, Silent, Status};
 
@@ -88,6 +89,8 @@ fn a_flow_that_becomes_too_fast_is_kept_up_to_there() {
         }
     }
 }
+
+const HISTORY: History = History::full(4);
 
 /// 1/2 |x - a|^2 over a trajectory, whose gradient is said to be not finite beyond a distance from the start.
 struct Bowl<'g> {
@@ -170,7 +173,7 @@ impl Function<f64, D2> for Bowl<'_> {
             scale: 1.0,
             prepared: false,
         };
-        let mut sums = vec![0.0; sums_per_row(4) * self.shape.grid.rows() + 8];
+        let mut sums = vec![0.0; HISTORY.sums_per_row() * self.shape.grid.rows() + 8];
         newton.arrive(
             exec,
             self.shape,
@@ -190,7 +193,7 @@ fn descend(
 ) -> (Vec<f64>, Result<Outcome, Stop>, Vec<f64>) {
     let grid = grid(&[4, 4], "ww");
     let (len, slots) = (grid.cells(), 1);
-    let mut memory: Vec<Vec<f64>> = vec![vec![0.0; len]; 2 * fields_of(4)];
+    let mut memory: Vec<Vec<f64>> = vec![vec![0.0; len]; 2 * HISTORY.fields()];
     let mut places = memory.iter_mut().map(Vec::as_mut_slice);
     let mut fields = Fields::new();
     while let (Some(x), Some(y)) = (places.next(), places.next()) {
@@ -206,7 +209,7 @@ fn descend(
         retreats: Vec::new(),
         gradients: Cell::new(0),
     };
-    let mut descent = Descent::new(4);
+    let mut descent = Descent::new(HISTORY);
     let mut outcome = Ok(Outcome::Goes);
     for _ in 0..30 {
         let step = descent.iterate::<f64, D2>(&Serial, &mut Silent, &mut bowl, 1e-12, &mut Course::default());

@@ -50,24 +50,26 @@ fn plan_adds_up_and_allocates_nothing() {
 
 #[test]
 fn plan_is_what_solve_uses() {
-    let ended = run(&[
-        "plan",
-        "examples/small_nonsquare.toml",
-        "--json",
-        "--threads",
-        "2",
-    ]);
+    let [full, half] = ["full", "half"].map(plan_is_what_it_uses);
+    assert!(half < full, "pairs in half the bytes: {half} of {full}");
+}
+
+/// The bytes with the pairs of L-BFGS in this precision.
+fn plan_is_what_it_uses(precision: &str) -> u64 {
+    let set = format!("method.direct.history_precision={precision}");
+    let more = ["--threads", "2", "--set", &set];
+    let ended = run(&[&["plan", "examples/small_nonsquare.toml", "--json"], &more[..]].concat());
     let plan: Value = serde_json::from_str(&ended.out).unwrap();
     let folder = solve_example(
         "small_nonsquare",
-        "plan_is_used",
-        &["--threads", "2", "--set", "method.iterations=1"],
+        &format!("plan_is_used_in_{precision}"),
+        &[&more[..], &["--set", "method.iterations=3"]].concat(),
     );
     let report = Outcome::read(&folder).report;
     assert_eq!(report["memory"]["planned_bytes"], plan["planned_bytes"]);
-    assert!(
-        report["memory"]["used_bytes"].as_u64().unwrap() <= plan["planned_bytes"].as_u64().unwrap() + 8192
-    );
+    let planned = plan["planned_bytes"].as_u64().unwrap();
+    assert!(report["memory"]["used_bytes"].as_u64().unwrap() <= planned + 8192);
+    planned
 }
 
 #[test]

@@ -1,9 +1,11 @@
 //! Loops over rows of values: element by element, and reductions.
 
 mod elementwise;
+mod halves;
 mod reductions;
 
 pub use elementwise::*;
+pub use halves::*;
 pub use reductions::*;
 
 use core::ops::Range;

@@ -131,12 +131,14 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
         // Every field by name: a new one does not compile until it is mixed in.
         let DirectParams {
             history,
+            history_precision,
             tolerance,
             nested,
             coarse_iterations,
             overlap: _,
         } = params.direct;
         mix.word(history.unwrap_or(DirectParams::MOST_BY_DEFAULT) as u64);
+        mix.word(history_precision as u64);
         mix.real(tolerance);
         mix.word(u64::from(nested));
         mix.word(coarse_iterations.map_or(0, |most| most as u64));
@@ -155,17 +157,17 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
     }
 
     fn idle_parts(&mut self) -> Parts<'_, 'm, T> {
-        let (slots, pairs) = (self.animation.slots, self.setup.history);
+        let (slots, history) = (self.animation.slots, self.setup.history);
         Parts {
-            region: quasi_newton::fields::behind(&self.setup.grid, slots, pairs, self.rest),
+            region: quasi_newton::fields::behind(&self.setup.grid, slots, history, self.rest),
             animation: &mut self.animation,
             setup: &mut self.setup.flow,
         }
     }
 
     fn spent(&mut self) -> Option<(Parts<'_, 'm, T>, Vector<'_, T>)> {
-        let (slots, pairs) = (self.animation.slots, self.setup.history);
-        let which = [pairs, self.descent.newton.direction];
+        let (slots, history) = (self.animation.slots, self.setup.history);
+        let which = (history, self.descent.newton.direction);
         let (force, region) =
             quasi_newton::fields::view_and_behind(&self.setup.grid, slots, which, self.rest);
         let parts = Parts {
@@ -189,7 +191,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
             threads,
             ..
         } = self;
-        let sums = quasi_newton::fields::sums_per_row(setup.history) * setup.grid.rows();
+        let sums = setup.history.sums_per_row() * setup.grid.rows();
         animation.layout(layout, sums)?;
         layout.work("pivots in time", pivots, animation.slots)?;
         let levels = &animation.levels;

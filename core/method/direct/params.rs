@@ -3,8 +3,9 @@
 use crate::grid::levels;
 use crate::method::choices::{Kind, Numbers, choices};
 use crate::objective::coarse;
-use crate::optimise::quasi_newton::recursion::MAX_PAIRS;
+use crate::optimise::quasi_newton::history::{HistoryPrecision, MAX_PAIRS};
 use crate::problem::Problem;
+use crate::words::Named;
 
 /// Iterations at most on the coarsest grid, where they cost nothing, and on those between it and the finest.
 const COARSE_ITERATIONS: [usize; 2] = [100, 60];
@@ -21,6 +22,8 @@ pub(super) fn coarse_iterations(level: usize, coarsest: usize, chosen: Option<us
 pub struct DirectParams {
     /// Pairs of L-BFGS; by default as many as the ceiling allows, at most [`DirectParams::MOST_BY_DEFAULT`].
     pub history: Option<usize>,
+    /// In how many bytes their numbers are kept.
+    pub history_precision: HistoryPrecision,
     /// Stop when the objective falls by less than this times itself in an iteration, twice in a row.
     pub tolerance: f64,
     /// Whether the flow begins as that of the same scene on coarser grids.
@@ -35,6 +38,7 @@ impl Default for DirectParams {
     fn default() -> Self {
         Self {
             history: None,
+            history_precision: HistoryPrecision::Full,
             tolerance: 1e-4,
             nested: true,
             coarse_iterations: None,
@@ -46,6 +50,8 @@ impl Default for DirectParams {
 choices!(DirectParams, "direct" {
     history: history, Kind::Automatic(MAX_PAIRS),
         "pairs of its quasi-Newton method: more need more memory; auto: as many as fit, at most 5";
+    history_precision: history_precision, Kind::Word(HistoryPrecision::WORDS),
+        "numbers of the pairs; half: in half the bytes, bfloat16 for f32 and f32 for f64";
     tolerance: tolerance, Kind::Number(Numbers::Below(1.0)),
         "converged when the objective falls by less than this part of itself, twice in a row";
     nested: nested, Kind::Flag, "begin with the flow of the same scene on coarser grids";

@@ -5,6 +5,7 @@ use crate::grid::Grid;
 use crate::method::params::Params;
 use crate::objective::{flow, sweep};
 use crate::operators::blur::Metric;
+use crate::optimise::quasi_newton::history::History;
 use crate::problem::Problem;
 use crate::transport::Stepping;
 
@@ -18,7 +19,7 @@ pub struct Setup {
     /// Fields of the script.
     pub fields: usize,
     /// Pairs of L-BFGS.
-    pub history: usize,
+    pub history: History,
     /// What an iteration on the finest grid must gain, relative to the objective.
     pub tolerance: f64,
     /// Whether the flow begins on coarser grids.
@@ -37,6 +38,7 @@ impl Setup {
     pub fn new(problem: &Problem<'_>, params: &Params) -> Self {
         let DirectParams {
             history,
+            history_precision,
             tolerance,
             nested,
             coarse_iterations,
@@ -49,7 +51,10 @@ impl Setup {
             grid: problem.grid(),
             flow,
             fields: problem.fields(),
-            history: history.unwrap_or(DirectParams::MOST_BY_DEFAULT),
+            history: History {
+                pairs: history.unwrap_or(DirectParams::MOST_BY_DEFAULT),
+                precision: history_precision,
+            },
             tolerance,
             nested,
             coarse_iterations,

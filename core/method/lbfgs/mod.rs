@@ -21,7 +21,7 @@ use crate::objective::script::Script;
 use crate::objective::sweep;
 use crate::observe::Observer;
 use crate::optimise::descent::Descent;
-use crate::optimise::quasi_newton;
+use crate::optimise::quasi_newton::{self, history::History};
 use crate::problem::Problem;
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
@@ -39,7 +39,7 @@ pub struct Setup {
     /// Fields of the script.
     pub fields: usize,
     /// Pairs of L-BFGS.
-    pub history: usize,
+    pub history: History,
     /// What an iteration must gain, relative to the objective.
     pub tolerance: f64,
     /// Whether the forces begin on coarser grids.
@@ -56,6 +56,7 @@ impl Setup {
     pub fn new(problem: &Problem<'_>, params: &Params) -> Self {
         let LbfgsParams {
             history,
+            history_precision,
             tolerance,
             nested,
         } = params.lbfgs;
@@ -63,7 +64,10 @@ impl Setup {
             grid: problem.grid(),
             flow: flow::Setup::new(problem, params.threads),
             fields: problem.fields(),
-            history: history.unwrap_or(LbfgsParams::MOST),
+            history: History {
+                pairs: history.unwrap_or(LbfgsParams::MOST),
+                precision: history_precision,
+            },
             tolerance,
             nested,
             step_tolerance: params.simulation.tolerance,
@@ -162,10 +166,12 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Lbfgs<'m, T, S> {
         // Every field by name: a new one does not compile until it is mixed in.
         let LbfgsParams {
             history,
+            history_precision,
             tolerance,
             nested,
         } = params.lbfgs;
         mix.word(history.unwrap_or(LbfgsParams::MOST) as u64);
+        mix.word(history_precision as u64);
         mix.real(tolerance);
         mix.word(u64::from(nested));
         params.simulation.mix(mix);
@@ -184,18 +190,18 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Lbfgs<'m, T, S> {
     }
 
     fn idle_parts(&mut self) -> Parts<'_, 'm, T> {
-        let (slots, pairs) = (self.animation.slots, self.setup.history);
+        let (slots, history) = (self.animation.slots, self.setup.history);
         Parts {
-            region: quasi_newton::fields::behind(&self.setup.grid, slots, pairs, self.rest),
+            region: quasi_newton::fields::behind(&self.setup.grid, slots, history, self.rest),
             animation: &mut self.animation,
             setup: &mut self.setup.flow,
         }
     }
 
     fn spent(&mut self) -> Option<(Parts<'_, 'm, T>, Vector<'_, T>)> {
-        let (slots, pairs) = (self.animation.slots, self.setup.history);
+        let (slots, history) = (self.animation.slots, self.setup.history);
         let parts = Parts {
-            region: quasi_newton::fields::behind(&self.setup.grid, slots, pairs, self.rest),
+            region: quasi_newton::fields::behind(&self.setup.grid, slots, history, self.rest),
             animation: &mut self.animation,
             setup: &mut self.setup.flow,
         };
@@ -210,7 +216,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Lbfgs<'m, T, S> {
 
     fn layout(&mut self, layout: &mut Layout<'_, 'm, T>) -> Result<(), TooSmall> {
         let setup = self.setup;
-        let sums = quasi_newton::fields::sums_per_row(setup.history) * setup.grid.rows();
+        let sums = setup.history.sums_per_row() * setup.grid.rows();
         self.animation.layout(layout, sums)?;
         let len = setup.grid.cells() * self.animation.slots;
         layout.keep_vector("force u", &mut self.u, S::DIM, len)?;

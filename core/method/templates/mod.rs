@@ -23,7 +23,7 @@ use crate::objective::script::Script;
 use crate::observe::Observer;
 use crate::optimise::descent::Descent;
 use crate::optimise::quasi_newton;
-use crate::optimise::quasi_newton::recursion::MAX_PAIRS;
+use crate::optimise::quasi_newton::history::{History, MAX_PAIRS};
 use crate::problem::{Feature, Problem, ProblemError};
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
@@ -44,7 +44,7 @@ pub struct Setup {
     /// Whether a template acts on smoke.
     pub pulls: bool,
     /// Pairs of L-BFGS.
-    pub history: usize,
+    pub history: History,
     /// What an iteration must gain, relative to the objective.
     pub tolerance: f64,
     /// Relative tolerance of a simulated step.
@@ -69,7 +69,7 @@ impl Setup {
             unknowns: Grid::new(&[counts.clone().sum()], &[Boundary::Wall]),
             most: counts.max().unwrap_or(0),
             pulls: problem.templates.iter().any(|template| template.kind.on_smoke()),
-            history,
+            history: History::full(history),
             tolerance,
             step_tolerance: params.simulation.tolerance,
             iterations: params.iterations,
@@ -197,7 +197,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Templates<'m, T, S> {
     fn layout(&mut self, layout: &mut Layout<'_, 'm, T>) -> Result<(), TooSmall> {
         let setup = self.setup;
         // Three for each row serve the objective, and so many in all the passes over the unknowns.
-        let sums = (setup.most.max(3) * setup.grid.rows()).max(quasi_newton::fields::sums_per_row(MAX_PAIRS));
+        let sums = (setup.most.max(3) * setup.grid.rows()).max(History::full(MAX_PAIRS).sums_per_row());
         self.animation.layout(layout, sums)?;
         layout.keep("unknowns of templates", &mut self.z, setup.unknowns.cells())?;
         let len = setup.grid.cells() * self.animation.slots;

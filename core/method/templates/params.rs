@@ -1,7 +1,7 @@
 //! What a caller chooses for a search over templates.
 
 use crate::method::choices::{Kind, Numbers, choices};
-use crate::optimise::quasi_newton::recursion::MAX_PAIRS;
+use crate::optimise::quasi_newton::history::MAX_PAIRS;
 
 /// What a caller chooses for a search over templates.
 #[derive(Clone, Copy, Debug, PartialEq)]

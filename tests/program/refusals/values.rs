@@ -141,6 +141,14 @@ pub const VALUES: &[Spoiled] = &[
     ),
     spoiled(
         OUTPUT,
+        "frames = false\n[method.direct]\nhistory_precision = \"quarter\"",
+        &[
+            "`method.direct.history_precision` is \"quarter\"",
+            "\"full\" or \"half\"",
+        ],
+    ),
+    spoiled(
+        OUTPUT,
         "frames = false\n[method.admm]\nao_iterations = 0",
         &["`method.admm.ao_iterations` is 0"],
     ),

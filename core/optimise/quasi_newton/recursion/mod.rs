@@ -2,19 +2,9 @@
 
 mod saved;
 
+use super::history::{History, Kept, MAX_FIELDS, MAX_PAIRS};
 use core::cmp::Ordering;
 use heapless::Vec;
-
-/// Most pairs.
-pub const MAX_PAIRS: usize = 8;
-/// Most fields.
-pub const MAX_FIELDS: usize = fields_of(MAX_PAIRS);
-
-/// Fields that `pairs` pairs ask for.
-#[must_use]
-pub const fn fields_of(pairs: usize) -> usize {
-    2 * pairs + 2
-}
 
 /// Inner products of some covector with s and with z = P y: of a pair, or of a step that may become one.
 #[derive(Clone, Copy, Debug, Default)]
@@ -41,15 +31,14 @@ pub struct GradientProducts {
 pub struct Combination {
     /// Factor of P g, which is field [`QuasiNewton::preconditioned`].
     pub preconditioned: f64,
-    /// Fields and their factors: s and z of each pair, oldest first.
-    pub pairs: Vec<(usize, f64), { 2 * MAX_PAIRS }>,
+    /// Each pair, oldest first, with the factors of its s and of its z.
+    pub pairs: Vec<(Kept, [f64; 2]), MAX_PAIRS>,
 }
 
 /// A step s and z = P y, y the change of the gradient along it.
 #[derive(Clone, Debug, Default)]
 struct Pair {
-    s: usize,
-    z: usize,
+    kept: Kept,
     /// With its own y: <s, y> > 0 and <z, y>.
     own: Products,
     /// With the gradient at the current point.
@@ -69,7 +58,7 @@ pub struct QuasiNewton {
     norm: f64,
     /// <g, d> of the newest direction d.
     slope: f64,
-    most: usize,
+    history: History,
     free: Vec<usize, MAX_FIELDS>,
     /// The direction, to be written by [`Self::descend`].
     pub direction: usize,
@@ -87,17 +76,20 @@ pub struct Borrowed {
 }
 
 impl QuasiNewton {
-    /// No pairs yet, `most` at most (from 1 to [`MAX_PAIRS`]).
+    /// No pairs yet, and as many as `history` says at most.
     #[must_use]
-    pub fn new(most: usize) -> Self {
-        let most = most.clamp(1, MAX_PAIRS);
-        let free = (2..fields_of(most)).collect();
+    pub fn new(history: History) -> Self {
+        let history = History {
+            pairs: history.pairs.clamp(1, MAX_PAIRS),
+            ..history
+        };
+        let free = (2..history.fields()).collect();
         Self {
             pairs: Vec::new(),
             scale: 1.0,
             norm: 0.0,
             slope: 0.0,
-            most,
+            history,
             free,
             direction: 0,
             preconditioned: 1,
@@ -122,9 +114,15 @@ impl QuasiNewton {
         self.pairs.len()
     }
 
-    /// The fields of the pairs: s and z of each, oldest first.
-    pub fn pair_fields(&self) -> impl Iterator<Item = usize> {
-        self.pairs.iter().flat_map(|pair| [pair.s, pair.z])
+    /// Whether a new pair becomes one field of halves, in the place of the gradient that it ends at.
+    #[must_use]
+    pub fn halves(&self) -> bool {
+        self.history.halves()
+    }
+
+    /// Where the pairs are, oldest first.
+    pub fn kept(&self) -> impl Iterator<Item = Kept> {
+        self.pairs.iter().map(|pair| pair.kept)
     }
 
     /// Drops all pairs.
@@ -137,12 +135,17 @@ impl QuasiNewton {
         if self.pairs.is_empty() {
             return false;
         }
-        let Pair { s, z, .. } = self.pairs.remove(0);
-        let _ = (self.free.push(s), self.free.push(z));
+        let Pair { kept, .. } = self.pairs.remove(0);
+        self.release(kept.fields());
         for pair in &mut self.pairs {
             pair.older.remove(0);
         }
         true
+    }
+
+    fn release(&mut self, fields: &[usize]) {
+        // There is room for every field that there is.
+        let _ = self.free.extend_from_slice(fields);
     }
 
     /// The direction -H g, and its slope <g, -H g>, which stands for that of the newest direction from here on.
@@ -164,9 +167,7 @@ impl QuasiNewton {
         });
         let combination = Combination {
             preconditioned: -scale,
-            pairs: weights
-                .flat_map(|(pair, s, z)| [(pair.s, s), (pair.z, z)])
-                .collect(),
+            pairs: weights.map(|(pair, s, z)| (pair.kept, [s, z])).collect(),
         };
         (combination, self.slope)
     }
@@ -225,12 +226,12 @@ impl QuasiNewton {
 
     /// Gives them back.
     pub fn give_back(&mut self, borrowed: Borrowed) {
-        let _ = (self.free.push(borrowed.work), self.free.push(borrowed.gradient));
+        self.release(&[borrowed.work, borrowed.gradient]);
     }
 
     /// Moves to a point with these inner products. `step` is how many times the direction leads there, or `None` for the first
-    /// point. The direction's field then holds the step, which is s of a new pair, and that of P g before is its z; the pair is
-    /// left out where it has no positive curvature.
+    /// point. The direction's field then holds the step, which is s of a new pair, and that of P g before is its z; or the gradient's
+    /// field holds both in halves. The pair is left out where it has no positive curvature.
     pub fn move_to(&mut self, borrowed: Borrowed, step: Option<f64>, products: &GradientProducts) {
         let older = self.with_change(&products.pairs);
         let Some(length) = step else {
@@ -242,11 +243,17 @@ impl QuasiNewton {
             s: with.s - length * self.slope,
             z: norm - 2.0 * with.z + self.norm,
         };
-        let (s, z) = (self.direction, self.preconditioned);
-        (self.norm, self.direction, self.preconditioned) = (norm, borrowed.gradient, borrowed.work);
+        let before = [self.direction, self.preconditioned];
+        (self.norm, self.preconditioned) = (norm, borrowed.work);
+        let kept = if self.halves() {
+            self.release(&before[1..]);
+            Kept::Halves(borrowed.gradient)
+        } else {
+            self.direction = borrowed.gradient;
+            Kept::Full(before)
+        };
         let pair = Pair {
-            s,
-            z,
+            kept,
             own,
             gradient: Products {
                 s: with.s,
@@ -257,9 +264,9 @@ impl QuasiNewton {
         if own.s > 0.0 && own.z > 0.0 && self.pairs.push(pair).is_ok() {
             self.scale = own.s / own.z;
         } else {
-            let _ = (self.free.push(s), self.free.push(z));
+            self.release(kept.fields());
         }
-        debug_assert!(self.pairs.len() <= self.most);
+        debug_assert!(self.pairs.len() <= self.history.pairs);
     }
 
     /// Takes over the new gradient's inner products with every pair; those with the gradient's change.

@@ -1,7 +1,8 @@
 //! The state of the recursion in a checkpoint.
 
-use super::{MAX_FIELDS, Pair, Products, QuasiNewton, fields_of};
+use super::{Pair, Products, QuasiNewton};
 use crate::checkpoint::{Damaged, Record};
+use crate::optimise::quasi_newton::history::{Kept, MAX_FIELDS};
 
 impl QuasiNewton {
     /// Its state in a checkpoint.
@@ -10,19 +11,21 @@ impl QuasiNewton {
     /// [`Damaged`] where not every field plays one part.
     pub fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
         let mut read = self.clone();
-        let last = fields_of(self.most) - 1;
+        let last = self.history.fields() - 1;
         [&mut read.scale, &mut read.norm, &mut read.slope]
             .into_iter()
             .try_for_each(|number| record.real(number))?;
         record.count(&mut read.direction, last)?;
         record.count(&mut read.preconditioned, last)?;
         let (mut pairs, mut free) = (read.pairs.len(), read.free.len());
-        record.count(&mut pairs, self.most)?;
+        record.count(&mut pairs, self.history.pairs)?;
         record.count(&mut free, MAX_FIELDS)?;
         read.pairs.resize(pairs, Pair::default()).map_err(|_| Damaged)?;
         read.free.resize(free, 0).map_err(|_| Damaged)?;
+        let halves = read.halves();
         for (index, pair) in read.pairs.iter_mut().enumerate() {
-            pair.record(record, index, last)?;
+            pair.kept.record(record, halves, last)?;
+            pair.record(record, index)?;
         }
         read.free
             .iter_mut()
@@ -35,21 +38,41 @@ impl QuasiNewton {
     }
 
     fn every_field_plays_one_part(&self) -> bool {
-        let parts = self
-            .pair_fields()
-            .chain(self.free.iter().copied())
-            .chain([self.direction, self.preconditioned]);
+        let of_pairs = self.pairs.iter().flat_map(|pair| pair.kept.fields());
+        let parts = of_pairs
+            .chain(&self.free)
+            .chain([&self.direction, &self.preconditioned]);
         let (count, seen) = parts.fold((0, 0u32), |(count, seen), field| (count + 1, seen | 1 << field));
-        let all = fields_of(self.most);
+        let all = self.history.fields();
         (count, seen.count_ones() as usize) == (all, all)
     }
 }
 
+impl Kept {
+    /// Fields up to `last`, one of `halves` or two.
+    fn record(&mut self, record: &mut Record<'_>, halves: bool, last: usize) -> Result<(), Damaged> {
+        let mut fields = [0; 2];
+        fields
+            .iter_mut()
+            .zip(self.fields())
+            .for_each(|(to, &from)| *to = from);
+        let used = if halves { 1 } else { 2 };
+        fields
+            .iter_mut()
+            .take(used)
+            .try_for_each(|field| record.count(field, last))?;
+        *self = if halves {
+            Self::Halves(fields[0])
+        } else {
+            Self::Full(fields)
+        };
+        Ok(())
+    }
+}
+
 impl Pair {
-    /// One after `older` pairs, of fields up to `last`.
-    fn record(&mut self, record: &mut Record<'_>, older: usize, last: usize) -> Result<(), Damaged> {
-        record.count(&mut self.s, last)?;
-        record.count(&mut self.z, last)?;
+    /// One after `older` pairs, but for where it is.
+    fn record(&mut self, record: &mut Record<'_>, older: usize) -> Result<(), Damaged> {
         self.older
             .resize(older, Products::default())
             .map_err(|_| Damaged)?;
