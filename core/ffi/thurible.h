@@ -248,6 +248,14 @@ typedef enum {
     THURIBLE_NSO_SOLVER_NEWTON_CG = 1,
 } ThuribleNsoSolver;
 
+// In how many bytes the numbers of the pairs of L-BFGS are kept.
+typedef enum {
+    // In those of an element.
+    THURIBLE_HISTORY_PRECISION_FULL = 0,
+    // In half of them: bfloat16 for `float`, `float` for `double`.
+    THURIBLE_HISTORY_PRECISION_HALF = 1,
+} ThuribleHistoryPrecision;
+
 // The colours of the smoother of STFAS.
 typedef enum {
     // Two, by the parity of x + y (+ z).
@@ -665,6 +673,10 @@ typedef struct {
     uint32_t guide_iterations;
     // Guidance: a `ThuribleGuideSolver`; automatic by default.
     uint32_t guide_solver;
+    // Direct: a `ThuribleHistoryPrecision`; full by default.
+    uint32_t direct_history_precision;
+    // L-BFGS over forces: a `ThuribleHistoryPrecision`; full by default.
+    uint32_t lbfgs_history_precision;
 } ThuribleConfig;
 
 // A task: call it with the `argument` that came with it and an index below the number of tasks.

@@ -65,6 +65,16 @@ pub enum ThuribleGuideSolver {
     Admm = 2,
 }
 
+/// In how many bytes the numbers of the pairs of L-BFGS are kept.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ThuribleHistoryPrecision {
+    /// In those of an element.
+    Full = 0,
+    /// In half of them: bfloat16 for `float`, `float` for `double`.
+    Half = 1,
+}
+
 /// The colours of the smoother of STFAS.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,6 +109,7 @@ pub(crate) use codes;
 codes!(ThuribleBoundary of Boundary: Wall, Periodic, Open, OpenLow, OpenHigh);
 codes!(ThuribleScheme of Scheme: Quick, Central, SemiLagrangian, Limited);
 codes!(ThuribleNsoSolver of NsoSolver: Stfas, NewtonCg);
+codes!(ThuribleHistoryPrecision of HistoryPrecision: Full, Half);
 codes!(ThuribleColours of Colours: RedBlack, PowerOfTwo);
 codes!(ThuribleNorm of Norm: Scaled, Plain);
 codes!(ThuribleGuideSolver of GuideSolver: Auto, ClosedForm, Admm);

@@ -10,7 +10,9 @@ mod slot;
 mod templates;
 
 use choices::codes;
-pub use choices::{ThuribleBoundary, ThuribleColours, ThuribleGuideSolver, ThuribleNorm, ThuribleNsoSolver};
+pub use choices::{
+    ThuribleBoundary, ThuribleColours, ThuribleGuideSolver, ThuribleHistoryPrecision, ThuribleNorm, ThuribleNsoSolver,
+};
 pub use choices::{ThuriblePrecision, ThuribleScheme, code, precision, wide};
 pub use default::thurible_defaults;
 pub use effects::{
@@ -180,6 +182,10 @@ pub struct ThuribleConfig {
     pub guide_iterations: u32,
     /// Guidance: a `ThuribleGuideSolver`; automatic by default.
     pub guide_solver: u32,
+    /// Direct: a `ThuribleHistoryPrecision`; full by default.
+    pub direct_history_precision: u32,
+    /// L-BFGS over forces: a `ThuribleHistoryPrecision`; full by default.
+    pub lbfgs_history_precision: u32,
 }
 
 // SAFETY: plain numbers and pointers, the size first.
@@ -200,9 +206,10 @@ pub(crate) use held;
 
 impl ThuribleConfig {
     /// Every field that holds a choice of a method, and what the core calls it.
-    fn held(&mut self) -> [Held<'_>; 30] {
+    fn held(&mut self) -> [Held<'_>; 32] {
         held! { self:
             direct_history "direct.history",
+            direct_history_precision "direct.history_precision",
             direct_nested "direct.nested",
             direct_coarse_iterations "direct.coarse_iterations",
             direct_tolerance "direct.tolerance",
@@ -218,6 +225,7 @@ impl ThuribleConfig {
             nso_norm "admm.nso_norm",
             nso_colours "admm.smoother_colours",
             lbfgs_history "lbfgs.history",
+            lbfgs_history_precision "lbfgs.history_precision",
             lbfgs_tolerance "lbfgs.tolerance",
             lbfgs_nested "lbfgs.nested",
             pd_drive "pd.drive",

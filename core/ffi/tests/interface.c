@@ -31,6 +31,7 @@ static void make_scene(Scene *scene, uint32_t precision, uint32_t dimensions, si
     config->dt = 0.5;
     config->method = method;
     config->iterations = 3;
+    if (dimensions == 3) config->direct_history_precision = config->lbfgs_history_precision = THURIBLE_HISTORY_PRECISION_HALF;
     scene->number = precision;
     scene->cells = (side + 2) * side * (dimensions == 3 ? side : 1);
     scene->source = aligned(scene->cells * scene->number);
@@ -258,6 +259,8 @@ static void configurations(void) {
     ODD(template_count = 0, "there is no template");
     ODD(templates_history = 9, "templates.history is 9");
     ODD(direct_coarse_iterations = 100001, "direct.coarse_iterations is 100001");
+    ODD(direct_history_precision = 2, "direct_history_precision is 2");
+    ODD(lbfgs_history_precision = 2, "lbfgs_history_precision is 2");
     ODD(guide_radius = 0.0, "guide.radius is 0");
     ODD(guide_solver = 3, "guide_solver is 3");
     effects.template_count = 0;

@@ -532,6 +532,13 @@ class Memory(unittest.TestCase):
         self.assertEqual(thurible_smoke.plan((24, 20), {6: None, 4: None}, threads=1).bytes, thurible_smoke.plan((24, 20), [4, 6], threads=1).bytes)
         with self.assertRaisesRegex(ValueError, "dtype is int32"):
             thurible_smoke.plan((24, 20), [6], dtype=np.int32)
+        for method in ("direct", "lbfgs"):
+            options = {"history": 5, "history_precision": "half"}
+            _, _, found = move((24, 20), np.float32, 6, method=method, iterations=4, threads=1, options=options)
+            in_halves = thurible_smoke.plan((24, 20), [6], method=method, threads=1, options=options)
+            in_full = thurible_smoke.plan((24, 20), [6], method=method, threads=1, options={"history": 5})
+            self.assertEqual(found.planned_bytes, in_halves.bytes)
+            self.assertLess(in_halves.bytes, in_full.bytes)
 
     def test_ceiling(self):
         needed = thurible_smoke.plan((24, 20), [6], threads=1, options={"history": 1}).bytes
@@ -677,6 +684,7 @@ class Refusals(unittest.TestCase):
             ({"method": "admm", "options": {"nso_cycles": 64}}, "admm.nso_cycles is 64; it must be from 1 to 63"),
             ({"method": "admm", "options": {"nso": "magic"}}, "options.\"nso\". is \"magic\", but must be \"stfas\" or \"newton_cg\""),
             ({"options": {"history": 9}}, "direct.history is 9"),
+            ({"options": {"history_precision": "quarter"}}, "options.\"history_precision\". is \"quarter\", but must be \"full\" or \"half\""),
             ({"options": [1]}, "options is no dict"),
             ({"progress": 3}, "progress cannot be called"),
         ]:

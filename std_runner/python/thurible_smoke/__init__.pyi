@@ -22,6 +22,8 @@ class Options(TypedDict, total=False):
 
     history: int | Literal["auto"] | None
     """direct, lbfgs, templates: pairs that the search remembers."""
+    history_precision: Literal["full", "half"]
+    """direct, lbfgs: in how many bytes their numbers are kept; half is bfloat16 for float32, and float32 for float64."""
     tolerance: float
     """direct, lbfgs, templates: relative decrease of the objective at which it stops; simulate: where a step stops."""
     nested: bool
