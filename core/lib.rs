@@ -132,7 +132,7 @@ pub use observe::{Event, Observer, Phase, Silent};
 pub use operator::{Operator, OperatorParams, OperatorPlan};
 pub use optimise::quasi_newton::history::HistoryPrecision;
 pub use problem::{
-    Advection, Emitter, Feature, Problem, ProblemError, Scheme, Supply, Template, TemplateKind,
+    Advection, Emitter, Feature, Problem, ProblemError, Scheme, ShareError, Supply, Template, TemplateKind,
 };
 pub use progress::{Fact, Kind, Objective, Progress, Report, Rule, Status};
 pub use real::Real;

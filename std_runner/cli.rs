@@ -8,9 +8,9 @@ use crate::commands::deblur::DeblurArguments;
 use crate::commands::export::ExportArguments;
 use crate::commands::guide::GuideArguments;
 use crate::commands::new::NewArguments;
-use crate::commands::options::SceneArguments;
 use crate::commands::paper::PaperArguments;
 use crate::commands::photograph::PhotographArguments;
+use crate::commands::plan::PlanArguments;
 use crate::commands::readvect::ReadvectArguments;
 use crate::commands::remap::RemapArguments;
 use crate::commands::render::RenderArguments;
@@ -62,7 +62,7 @@ pub enum Command {
     /// Write a result as files that other programs open: OpenVDB, USD, VTK, Zarr, vector fields, NumPy.
     Export(ExportArguments),
     /// Print the memory that a scene needs, to the byte; allocates nothing.
-    Plan(SceneArguments),
+    Plan(PlanArguments),
     /// Check the gradient of a scene's simulation by Taylor's test.
     ///
     /// What is checked is the simulation that lbfgs and templates search with, and that `Operator` is in Rust and Python. J is the data

@@ -1,5 +1,6 @@
 //! A problem that owns its lists, which the core's [`Problem`] borrows.
 
+use thurible_core::grid::Share;
 use thurible_core::{Advection, Boundary, Emitter, Problem, Template};
 
 /// The owned form of the core's [`Problem`], which borrows its lists.
@@ -49,6 +50,8 @@ pub struct OwnedProblem {
     pub advection: Advection,
     /// Relative tolerance of the projection.
     pub projection_tolerance: f64,
+    /// Which slab of the box this program has, where several ranks share it.
+    pub share: Option<Share>,
 }
 
 impl OwnedProblem {
@@ -92,6 +95,7 @@ impl OwnedProblem {
             match_mass,
             advection,
             projection_tolerance,
+            share: None,
         }
     }
 
@@ -134,6 +138,7 @@ impl OwnedProblem {
             match_mass: self.match_mass,
             advection: self.advection,
             projection_tolerance: self.projection_tolerance,
+            share: self.share,
         }
     }
 }

@@ -11,6 +11,7 @@ use crate::scene::Scene;
 use crate::threads;
 use crate::windows::{Window, Windows};
 use serde_json::{Value, json};
+use thurible_core::grid::Share;
 use thurible_core::method::registry::most_iterations;
 use thurible_core::method::registry::steers;
 use thurible_core::{Entry, Method, Named, Params, Plan, PlanError, Sharing};
@@ -26,6 +27,8 @@ pub struct PlanOptions {
     pub limit: Option<usize>,
     /// Of a solve that goes on: the ceiling that it began under, by which the choices are made that its bits follow from.
     pub began_under: Option<Option<usize>>,
+    /// Which slab of the box this program has, where several ranks share it.
+    pub share: Option<Share>,
 }
 
 /// A plan, and what it was made from.
@@ -148,9 +151,14 @@ fn ceiling(options: &PlanOptions) -> Option<usize> {
 
 /// The plan of `scene`, within the ceiling if that can be.
 pub fn make(scene: &Scene, options: &PlanOptions) -> Result<Planned, Failure> {
-    let problem = OwnedProblem::of(scene);
+    let problem = OwnedProblem {
+        share: options.share,
+        ..OwnedProblem::of(scene)
+    };
     let ceiling = ceiling(options).map(|limit| limit.saturating_sub(MARGIN));
-    let params = params_of(scene, options.threads.unwrap_or_else(threads::available), ceiling);
+    // Ranks are put side by side on a machine, so each has one thread where nobody says more.
+    let by_default = || options.share.map_or_else(threads::available, |_| 1);
+    let params = params_of(scene, options.threads.unwrap_or_else(by_default), ceiling);
     let windows = scene
         .method
         .windows

@@ -4,7 +4,8 @@ use crate::exit::Failure;
 pub use crate::owned::OwnedProblem;
 use crate::scene::{Keyframe, Scene};
 use thurible_core::{
-    D2, D3, Emitter, Feature, Method, Named, Params, Plan, PlanError, ProblemError, Real, Template,
+    D2, D3, Emitter, Feature, Method, Named, Params, Plan, PlanError, ProblemError, Real, ShareError,
+    Template,
 };
 
 /// f32 or f64.
@@ -65,6 +66,7 @@ impl OwnedProblem {
             match_mass: scene.control.match_mass && !scene.asks_a_free_flow(),
             advection: scene.advection,
             projection_tolerance: scene.method.projection_tolerance,
+            share: None,
         }
     }
 
@@ -160,6 +162,10 @@ pub fn refusal(scene: &Scene, error: PlanError) -> Failure {
             let why =
                 format!("is {name}, but the scene has no [[template]]; write one, or take another method");
             scene.document.refuse("method.name", why)
+        }
+        PlanError::Problem(ProblemError::Share(error @ ShareError::Method { .. })) => {
+            let key = "method.name";
+            scene.document.refuse(key, format!("is not for ranks: {error}"))
         }
         PlanError::Problem(ProblemError::Unfit { method, feature }) => {
             let (key, otherwise) = match feature {

@@ -9,6 +9,12 @@ use crate::commands::{
 use crate::console;
 use crate::exit::{DONE, Failure, INPUT};
 use clap::{CommandFactory, Parser};
+use core::time::Duration;
+use std::thread;
+use thurible_core::exec::Ranks;
+
+/// How long a rank lets the first one speak.
+const HEARD: Duration = Duration::from_secs(3);
 
 /// Runs the program and returns its exit code; errors are one sentence on stderr.
 pub fn main() -> u8 {
@@ -24,6 +30,51 @@ pub fn main() -> u8 {
         console::error(&format!("thurible: {failure}"));
         failure.code()
     })
+}
+
+/// As [`main`], for one of several programs that share a scene, of which the first one speaks. The answer is the exit code, or one by which all
+/// of them are to be ended, since one could not do its part.
+///
+/// # Errors
+/// That exit code.
+pub fn main_shared(ranks: &'static dyn Ranks) -> Result<u8, u8> {
+    if ranks.count() == 1 {
+        return Ok(main());
+    }
+    let first = ranks.rank() == 0;
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            if first {
+                let _ = error.print();
+            }
+            return Ok(if error.use_stderr() { INPUT } else { DONE });
+        }
+    };
+    share(cli, ranks).map_err(|failure| {
+        if first {
+            console::error(&format!("thurible: {failure}"));
+        } else {
+            // What the first one refuses too, it says.
+            thread::sleep(HEARD);
+            console::error(&format!("thurible: rank {}: {failure}", ranks.rank()));
+        }
+        failure.code()
+    })
+}
+
+fn share(mut cli: Cli, ranks: &'static dyn Ranks) -> Result<u8, Failure> {
+    match &mut cli.command {
+        Command::Solve(arguments) => arguments.common.options.resources.running.ranks = Some(ranks),
+        Command::Simulate(arguments) => arguments.options.resources.running.ranks = Some(ranks),
+        _ => {
+            return Err(Failure::Input(
+                "ranks share `simulate` alone yet; run the other commands by `thurible`, or by one rank"
+                    .into(),
+            ));
+        }
+    }
+    run(&cli)
 }
 
 fn run(cli: &Cli) -> Result<u8, Failure> {

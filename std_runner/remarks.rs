@@ -1,7 +1,9 @@
 //! What is said of a result beside its numbers: how near it came to each keyframe, and what a reader of its status alone would miss.
 
 use crate::stay::Stay;
+use std::borrow::Cow;
 use thurible_core::method::registry::{simulates, steers};
+use thurible_core::output::DENSITY;
 use thurible_core::{Method, Params, Problem, Real, Solver, Space, Status};
 
 /// How far a density is from a keyframe: |rho - rho*| / |rho*|, Euclidean norms over all cells.
@@ -29,18 +31,38 @@ pub fn keyframe_errors<T: Real, S: Space>(
     } else {
         solver.steps()
     };
-    let there = (0..=last).map(|step| densest(solver.density(step)));
+    let there = (0..=last).map(|step| densest(&density(solver, step)));
     let there = there.fold(0.0, f64::max);
     let error = |(index, &step): (usize, &usize)| {
-        let wanted = solver.keyframe(index);
+        let wanted = &keyframe(solver, index);
         KeyframeError {
             stay: Stay::at(step),
-            before: distance(solver.density(0), wanted),
-            after: distance(solver.density(step), wanted),
+            before: distance(&density(solver, 0), wanted),
+            after: distance(&density(solver, step), wanted),
             denser: densest(wanted) / there,
         }
     };
     steps.iter().enumerate().map(error).collect()
+}
+
+/// The density of a step as it is stored, or where ranks share it as it is read.
+pub(crate) fn density<'s, T: Real, S: Space>(solver: &'s Solver<'_, T, S>, step: usize) -> Cow<'s, [T]> {
+    if !solver.is_shared() {
+        return Cow::Borrowed(solver.density(step));
+    }
+    let mut density = vec![T::ZERO; solver.cells()];
+    solver.read(&DENSITY, step, 0, &mut density);
+    Cow::Owned(density)
+}
+
+/// The same of a keyframe's target.
+fn keyframe<'s, T: Real, S: Space>(solver: &'s Solver<'_, T, S>, index: usize) -> Cow<'s, [T]> {
+    if !solver.is_shared() {
+        return Cow::Borrowed(solver.keyframe(index));
+    }
+    let mut density = vec![T::ZERO; solver.cells()];
+    solver.read_keyframe(index, &mut density);
+    Cow::Owned(density)
 }
 
 /// |found - wanted| / |wanted|.

@@ -1,14 +1,22 @@
 //! The door of all scenes: each goes to what plans and solves it.
 
+use crate::checkpoint::Every;
 use crate::destination::refuse_result;
 use crate::exit::Failure;
 use crate::plan::PlanOptions;
+use crate::run::unshared;
 use crate::run::{Outcome, Request, RunOptions};
 use crate::scene::Scene;
 use crate::{fluids, plan};
 
 /// Solves the scene of `request` into its folder.
-pub(crate) fn solve(options: &RunOptions, request: Request) -> Result<Outcome, Failure> {
+pub(crate) fn solve(options: &RunOptions, mut request: Request) -> Result<Outcome, Failure> {
+    if options.ranks.is_some() {
+        if let Some(failure) = unshared(&request) {
+            return Err(failure);
+        }
+        request.checkpoint = Every::Off;
+    }
     if !request.overwrites {
         refuse_result(&request.folder)?;
     }

@@ -1,4 +1,4 @@
-use super::Exec;
+use super::{Exec, Ranks};
 
 /// An [`Exec`] that offers fewer threads than another, on which it runs: for work whose scratch was planned for fewer.
 pub struct Capped<'a> {
@@ -23,5 +23,9 @@ impl Exec for Capped<'_> {
 
     fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) {
         self.exec.run(tasks, task);
+    }
+
+    fn ranks(&self) -> &dyn Ranks {
+        self.exec.ranks()
     }
 }

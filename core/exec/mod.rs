@@ -9,6 +9,7 @@
 //! | `chunks` | a slice that tasks take apart |
 //! | `capped` | fewer threads than there are: [`Capped`] |
 //! | `pool` | threads that stay awake: [`WorkerPool`] |
+//! | `ranks` | programs that share one solve: [`Ranks`] |
 #![allow(unsafe_code)]
 
 mod capped;
@@ -16,6 +17,7 @@ mod chunks;
 // Machines without 64-bit atomics hardly have threads to lend.
 #[cfg(target_has_atomic = "64")]
 mod pool;
+pub mod ranks;
 mod rows;
 mod schedule;
 mod slabs;
@@ -24,6 +26,7 @@ mod waves;
 pub use capped::Capped;
 #[cfg(target_has_atomic = "64")]
 pub use pool::{Worker, WorkerPool};
+pub use ranks::{Alone, Ranks, Together};
 pub use rows::{Planes, RowBuffers, RowTask, RunTask, for_rows, for_rows_across, for_runs, for_uneven};
 pub use slabs::{Slabs, for_slabs, join};
 pub use waves::for_every_other;
@@ -36,6 +39,10 @@ pub trait Exec: Sync {
     fn threads(&self) -> usize;
     /// Calls `task(i)` once for every `i < tasks` and returns when all are done.
     fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync));
+    /// The programs that share the solve; by default there is no other.
+    fn ranks(&self) -> &dyn Ranks {
+        &Alone
+    }
 }
 
 /// Runs every task on the calling thread, in order.

@@ -1,6 +1,7 @@
 //! Views of fields: vector fields by component, blocks of a trajectory, and elementwise loops over rows.
 
 pub mod beside;
+pub mod borders;
 mod folds;
 mod fourier;
 mod long_axis;
@@ -11,6 +12,7 @@ pub mod sums;
 pub mod trajectory;
 pub mod transfer;
 pub mod transform;
+pub mod turned;
 
 use crate::grid::Grid;
 use crate::real::Real;

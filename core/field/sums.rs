@@ -1,18 +1,60 @@
 //! Sums and maxima over trajectories, row by row: the same bits for any number of threads.
 
 use super::{Vector, rows};
+use crate::exec::ranks::{in_order, joined};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::grid::Grid;
 use crate::real::Real;
 
+/// Adds up what every row has, in the order of rows, and on from rank to rank.
+pub fn add_up(exec: &dyn Exec, grid: &Grid, of_rows: &[f64]) -> f64 {
+    if !grid.is_part() {
+        return of_rows.iter().sum();
+    }
+    let mut sum = [0.0];
+    in_order(exec.ranks(), &mut sum, |sum| {
+        let own = of_rows.get(grid.own_rows()).unwrap_or(&[]);
+        sum[0] = match exec.ranks().rank() {
+            0 => own.iter().sum(),
+            _ => own.iter().fold(sum[0], |sum, own| sum + own),
+        };
+    });
+    sum[0]
+}
+
+/// The same of each of as many sums as there are `totals`, of which every row has its own one after the other.
+pub fn add_up_each(exec: &dyn Exec, grid: &Grid, of_rows: &[f64], totals: &mut [f64]) {
+    let (count, rows) = (totals.len(), grid.own_rows());
+    let own = of_rows.get(count * rows.start..count * rows.end).unwrap_or(&[]);
+    let of = |which: usize| own.iter().skip(which).step_by(count.max(1));
+    in_order(exec.ranks(), totals, |totals| {
+        for (which, total) in totals.iter_mut().enumerate() {
+            *total = match exec.ranks().rank() {
+                0 => of(which).sum(),
+                _ => of(which).fold(*total, |sum, own| sum + own),
+            };
+        }
+    });
+}
+
+/// The largest of what every row has in all ranks, NaN when any is.
+pub fn most(exec: &dyn Exec, grid: &Grid, of_rows: impl Iterator<Item = f64>) -> f64 {
+    if !grid.is_part() {
+        return rows::largest(of_rows);
+    }
+    let own = grid.own_rows();
+    let largest = rows::largest(of_rows.skip(own.start).take(own.len()));
+    joined(exec.ranks(), largest, |x, y| rows::largest([x, y]))
+}
+
 /// `of(row)` for every row, collected in `sums` and added up in order.
 pub fn total<F: Fn(usize) -> f64 + Sync>(exec: &dyn Exec, grid: &Grid, sums: &mut [f64], of: F) -> f64 {
-    fill(exec, grid, sums, of).iter().sum()
+    add_up(exec, grid, fill(exec, grid, sums, of))
 }
 
 /// The largest `of(row)`, NaN when any is.
 pub fn largest<F: Fn(usize) -> f64 + Sync>(exec: &dyn Exec, grid: &Grid, sums: &mut [f64], of: F) -> f64 {
-    rows::largest(fill(exec, grid, sums, of).iter().copied())
+    most(exec, grid, fill(exec, grid, sums, of).iter().copied())
 }
 
 fn fill<'a, F: Fn(usize) -> f64 + Sync>(

@@ -17,6 +17,7 @@ const PANEL: usize = 2 * COLUMNS;
 /// The scratch of one transform on `grid`, in elements.
 #[must_use]
 pub fn scratch_len(grid: &Grid) -> usize {
+    let grid = grid.whole();
     let of_axis = |axis: usize| match (grid.n[axis], axis) {
         (n, _) if n > LONGEST => long_axis::scratch_len(n),
         (n, 0) => TOGETHER * (n + padded(n)),
@@ -43,38 +44,37 @@ pub fn multiply<T: Real>(
     symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]),
 ) {
     let axes = &spectrum.axes;
+    let width = |axis: usize| grid.n.iter().take(axis).product();
     for axis in (1..grid.dims).rev() {
-        along_columns(grid, axis, &axes[axis], Direction::Analysis, field, scratch);
+        along_columns(&axes[axis], width(axis), Direction::Analysis, field, scratch);
     }
-    match &axes[0].fourier {
-        Some(fourier) => long_axis::along_rows(fourier, field, scratch, symbol),
-        None => along_rows(grid.n[0], &axes[0], field, scratch, symbol),
-    }
+    along_rows(&axes[0], field, scratch, symbol);
     for axis in 1..grid.dims {
-        along_columns(grid, axis, &axes[axis], Direction::Synthesis, field, scratch);
+        along_columns(&axes[axis], width(axis), Direction::Synthesis, field, scratch);
     }
 }
 
 /// Which way a transform goes.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Direction {
+pub(super) enum Direction {
     /// From values to coefficients.
     Analysis,
     /// From coefficients to values.
     Synthesis,
 }
 
-/// Transforms `field` along an axis but the first, in place.
-fn along_columns<T: Real>(
-    grid: &Grid,
-    axis: usize,
+/// Transforms `field` along an axis but the first, in place: slab after slab of so many rows of `width` values as the axis has cells.
+pub(super) fn along_columns<T: Real>(
     modes: &Modes<'_, T>,
+    width: usize,
     direction: Direction,
     field: &mut [T],
     scratch: &mut [T],
 ) {
-    let n = grid.n[axis];
-    let width: usize = grid.n[..axis].iter().product();
+    let n = modes.cells();
+    if width == 0 {
+        return;
+    }
     if let Some(fourier) = &modes.fourier {
         let slabs = field.chunks_exact_mut(n * width);
         return slabs.for_each(|slab| match direction {
@@ -194,8 +194,21 @@ impl Panel {
     }
 }
 
-/// Transforms along the first axis, lets `symbol` change the coefficients, and transforms back: [`TOGETHER`] rows at a time.
-fn along_rows<T: Real>(
+/// Transforms along the first axis, lets `symbol` change the coefficients, and transforms back, row by row of `field`.
+pub(super) fn along_rows<T: Real>(
+    modes: &Modes<'_, T>,
+    field: &mut [T],
+    scratch: &mut [T],
+    symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]),
+) {
+    match &modes.fourier {
+        Some(fourier) => long_axis::along_rows(fourier, field, scratch, symbol),
+        None => along_short_rows(modes.cells(), modes, field, scratch, symbol),
+    }
+}
+
+/// [`along_rows`] by matrices, [`TOGETHER`] rows at a time.
+fn along_short_rows<T: Real>(
     n: usize,
     modes: &Modes<'_, T>,
     field: &mut [T],

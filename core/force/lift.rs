@@ -3,7 +3,7 @@
 
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::rows::{self, part, part_mut};
-use crate::field::{Vector, VectorMut, reborrow};
+use crate::field::{Vector, VectorMut, borders, reborrow};
 use crate::grid::solids::{Solids, closed, exit};
 use crate::grid::{Grid, Side};
 use crate::memory::Pool;
@@ -112,7 +112,7 @@ impl Lift<'_> {
             return;
         }
         let (grid, n, slots) = (self.grid, self.grid.n[0], self.slots);
-        for_rows(exec, grid.rows(), RowBuffers::fields([mu]), |task| {
+        for_rows(exec, grid.rows(), RowBuffers::fields([&mut *mu]), |task| {
             let [mu] = task.fields;
             for (axis, z) in z.into_iter().enumerate() {
                 let Some(half) = self.half::<T>(axis, s) else {
@@ -141,6 +141,7 @@ impl Lift<'_> {
                 }
             }
         });
+        borders::refresh(exec, grid, mu);
     }
 }
 

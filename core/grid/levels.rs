@@ -28,11 +28,12 @@ pub fn coarsen(grid: &Grid) -> Option<Grid> {
     (n != inside).then_some(Grid { h, ..*grid }.with_inside(n))
 }
 
-/// The grids of a hierarchy, finest first.
+/// The grids of a hierarchy, finest first. A box that ranks share has the finest alone.
 #[must_use]
 pub fn hierarchy(finest: &Grid) -> heapless::Vec<Grid, MAX_LEVELS> {
+    let most = if finest.is_part() { 1 } else { MAX_LEVELS };
     core::iter::successors(Some(*finest), coarsen)
-        .take(MAX_LEVELS)
+        .take(most)
         .collect()
 }
 
@@ -123,7 +124,9 @@ impl<'m, T: Real> Levels<'m, T> {
             index = arena.take("transfer positions", taps)?;
             weight = arena.take("transfer weights", taps)?;
         }
-        let spectra = grids.iter().map(|grid| Spectrum::<T>::len(grid, filters));
+        let spectra = grids
+            .iter()
+            .map(|grid| Spectrum::<T>::len(&grid.whole(), filters));
         let eigenvectors = arena.take::<T>("eigenvectors", spectra.sum())?;
         let cells = grids.iter().map(Grid::cells).sum::<usize>();
         let solids = if self.has_table() {
@@ -143,6 +146,7 @@ impl<'m, T: Real> Levels<'m, T> {
         }
         let mut rest = &mut *eigenvectors;
         for grid in grids {
+            let grid = &grid.whole();
             let len = Spectrum::<T>::len(grid, filters);
             let (these, after) = rest.split_at_mut(len);
             if len > 0 {
@@ -208,9 +212,11 @@ impl<'m, T: Real> Levels<'m, T> {
             return Spectrum::default();
         }
         let before = self.grids.iter().take(level);
-        let start = before.map(|grid| Spectrum::<T>::len(grid, self.filters)).sum();
+        let start = before
+            .map(|grid| Spectrum::<T>::len(&grid.whole(), self.filters))
+            .sum();
         Spectrum::view(
-            &self.grids[level],
+            &self.grids[level].whole(),
             self.filters,
             self.eigenvectors.get(start..).unwrap_or(&[]),
         )

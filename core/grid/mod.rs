@@ -18,6 +18,7 @@ pub mod halo;
 pub mod levels;
 pub mod open_modes;
 pub mod parity;
+pub mod part;
 pub mod solids;
 pub mod spectrum;
 pub mod stencil;
@@ -124,6 +125,26 @@ pub struct Grid {
     pub h: [f64; 3],
     /// How each axis ends: see [`geometry`].
     ends: [Boundary; 3],
+    /// What it is a part of: see [`part`].
+    part: Option<Part>,
+}
+
+/// Which of the ranks that share a box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Share {
+    /// The rank, from 0.
+    pub rank: usize,
+    /// How many there are.
+    pub ranks: usize,
+}
+
+/// What the grid of a rank is a part of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Part {
+    share: Share,
+    /// Planes of the whole box, and how its last axis ends.
+    planes: usize,
+    ends: Boundary,
 }
 
 impl Grid {
@@ -135,7 +156,15 @@ impl Grid {
         let ends = core::array::from_fn(|a| boundary.get(a).copied().unwrap_or_default());
         let h = [1.0 / largest as f64; 3];
         let dims = cells.len();
-        Self { dims, n, h, ends }.with_inside(n)
+        let part = None;
+        Self {
+            dims,
+            n,
+            h,
+            ends,
+            part,
+        }
+        .with_inside(n)
     }
 
     /// The same in cells: h = 1.

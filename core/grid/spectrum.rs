@@ -201,6 +201,12 @@ fn fill_matrices<T: Real>(grid: &Grid, axis: usize, matrices: &mut [T], eigenval
 }
 
 impl<T: Real> Modes<'_, T> {
+    /// The cells of the axis.
+    #[must_use]
+    pub fn cells(&self) -> usize {
+        self.n
+    }
+
     /// The matrix from half an axis to its coefficients, by rows: on the first axis for a field times the matrix, else for the matrix
     /// times a field.
     #[must_use]

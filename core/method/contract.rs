@@ -77,6 +77,15 @@ pub trait Contract<'m, T: Real, S: Space> {
         false
     }
 
+    /// Whether ranks can share it, each with a slab of the box.
+    fn shares(params: &Params) -> bool
+    where
+        Self: Sized,
+    {
+        let _ = params;
+        false
+    }
+
     /// Iterations at most, those on coarser grids included.
     fn most_iterations(problem: &Problem<'_>, params: &Params) -> usize
     where

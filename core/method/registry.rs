@@ -88,6 +88,14 @@ macro_rules! define {
             }
         }
 
+        /// Whether ranks can share the method, each with a slab of the box.
+        #[must_use]
+        pub fn shares(params: &Params) -> bool {
+            match params.method {
+                $(Method::$kind => <crate::method::$($state)::+<'_, f32, D2> as Contract<'_, f32, D2>>::shares(params),)+
+            }
+        }
+
         /// Iterations of a solve at most, those on coarser grids included.
         #[must_use]
         pub fn most_iterations(problem: &Problem<'_>, params: &Params) -> usize {

@@ -2,7 +2,7 @@
 //! where the keyframe's region is 1, and less of it elsewhere.
 
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::rows;
+use crate::field::{rows, sums};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::memory::{Pool, Sharing};
@@ -86,7 +86,7 @@ impl<'a, T: Real> DataTerm<'a, T> {
                 rows::multiply(image, &region[span]);
             }
         });
-        0.5 * weight * sums.iter().sum::<f64>()
+        0.5 * weight * sums::add_up(exec, grid, sums)
     }
 
     /// W R C e of the last [`Self::evaluate`], minus which mu is.

@@ -2,7 +2,7 @@
 
 use crate::exec::{Exec, RowBuffers, RowTask, for_rows};
 use crate::field::slot::Slot;
-use crate::field::{Vector, VectorMut, reborrow, rows, view};
+use crate::field::{Vector, VectorMut, borders, reborrow, rows, view};
 use crate::force;
 use crate::force::lift::Lift;
 use crate::grid::{Grid, Space};
@@ -92,7 +92,9 @@ impl<T: Real> Evaluation<'_, '_, T> {
             &self.script,
             self.sums,
             &mut companion,
-        )
+        )?;
+        borders::refresh_faces(exec, self.shape().grid, out);
+        Ok(())
     }
 }
 

@@ -65,10 +65,10 @@ impl Setup {
     }
 
     /// Whether two threads do different works on a grid: each every other step on the way back, and one projects the force while the other
-    /// carries the density.
+    /// carries the density. Ranks exchange what one thread says, in its order.
     #[must_use]
     pub fn overlaps(&self, grid: &Grid) -> bool {
-        self.overlap && grid.cells() <= most_overlapped(self.threads)
+        self.overlap && !grid.is_part() && grid.cells() <= most_overlapped(self.threads)
     }
 }
 

@@ -5,7 +5,8 @@
 //! Poisson problem (Strang 1999, The Discrete Cosine Transform), so the sum over j is one multiplication of coefficients. Among
 //! solid cells every tap is added: with F leaving them out, C = identity F + sum over j of F G_j F G_j F.
 
-use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::exec::{Exec, RowBuffers, Serial, for_rows};
+use crate::field::turned::Turned;
 use crate::field::{rows, transform};
 use crate::grid::Grid;
 use crate::grid::gaussian::Gaussian;
@@ -14,6 +15,7 @@ use crate::grid::solids::Solids;
 use crate::grid::spectrum::Spectrum;
 use crate::memory::{Pool, pooled};
 use crate::real::Real;
+use core::ops::Range;
 
 /// What a metric is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,6 +37,8 @@ pub struct Blur<'a, T> {
     spectrum: Option<Spectrum<'a, T>>,
     /// Two fields of cells if there are.
     work: [&'a mut [T]; 2],
+    /// Where ranks share the box.
+    turned: Turned<'a, T>,
     scratch: &'a mut [T],
 }
 
@@ -65,6 +69,7 @@ impl<'a, T: Real> Blur<'a, T> {
             solids,
             spectrum: (!solids.there()).then(|| hierarchy.spectrum(level)),
             work: [(); 2].map(|()| pool.take("field", Self::work_len(grid, solids))),
+            turned: Turned::carve(grid, 1, pool),
             scratch: pool.take("rows", Self::scratch_len(grid, solids, metric.filters, threads)),
         })
     }
@@ -83,6 +88,7 @@ impl<'a, T: Real> Blur<'a, T> {
             solids,
             spectrum,
             work,
+            turned,
             scratch,
         } = self;
         let identity = T::from_f64(*identity);
@@ -93,7 +99,13 @@ impl<'a, T: Real> Blur<'a, T> {
             }
             Some(spectrum) => {
                 out.copy_from_slice(e);
-                by_eigenvectors(grid, spectrum, *filters, out, scratch);
+                let whole = grid.whole();
+                let symbol = squares(&whole, spectrum, *filters);
+                if grid.is_part() {
+                    turned.multiply((exec, &Serial), (grid, spectrum), out, scratch, symbol);
+                } else {
+                    transform::multiply(grid, spectrum, out, scratch, symbol);
+                }
                 rows::add_scaled(out, identity, e);
             }
             None => {
@@ -141,15 +153,13 @@ pub fn widest(filters: usize) -> usize {
     }
 }
 
-/// `field` becomes the sum over j of G_j G_j `field`: its coefficients times the sum over j of a product of one factor an axis.
-fn by_eigenvectors<T: Real>(
+/// The sum over j of G_j G_j: coefficients times the sum over j of a product of one factor an axis.
+fn squares<T: Real>(
     grid: &Grid,
     spectrum: &Spectrum<'_, T>,
     filters: usize,
-    field: &mut [T],
-    scratch: &mut [T],
-) {
-    transform::multiply(grid, spectrum, field, scratch, |row, span, coefficients, out| {
+) -> impl Fn(usize, Range<usize>, &[T], &mut [T]) + Sync {
+    move |row, span, coefficients, out| {
         let at = grid.row_at(row);
         out.fill(T::ZERO);
         for j in 1..=filters {
@@ -159,7 +169,7 @@ fn by_eigenvectors<T: Real>(
             rows::add_scaled(out, across, &spectrum.axes[0].blur(j)[span.clone()]);
         }
         rows::multiply(out, coefficients);
-    });
+    }
 }
 
 /// The scratch of [`along`] for Gaussians of at most so many taps on one side, in elements.

@@ -6,7 +6,7 @@
 use super::exits::{self, AtExits};
 use super::plaquette::{Adjoint, Advection, Derivative, Rule, SCRATCH_ROWS, accumulate};
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::{Block, Vector, VectorMut, rows};
+use crate::field::{Block, Vector, VectorMut, borders, reborrow, rows};
 use crate::grid::solids::Solids;
 use crate::grid::{Grid, Space};
 use crate::real::Real;
@@ -115,11 +115,11 @@ pub(crate) fn for_blocks<
     }: Fluid<'_>,
     Reads { rule, v, second }: Reads<'_, T, R>,
     start: Start,
-    out: VectorMut<'_, T>,
+    mut out: VectorMut<'_, T>,
     scratch: &mut [T],
     then: F,
 ) {
-    let buffers = RowBuffers::fields(out).with_scratch(scratch);
+    let buffers = RowBuffers::fields(reborrow(&mut out)).with_scratch(scratch);
     for_rows(exec, grid.rows(), buffers, |task| {
         let mut fields = task.fields;
         for block in Block::all(grid, slots) {
@@ -134,4 +134,5 @@ pub(crate) fn for_blocks<
             then(&block, task.row, &mut parts, task.scratch);
         }
     });
+    borders::refresh_faces(exec, grid, &mut out);
 }

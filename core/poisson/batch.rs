@@ -1,6 +1,7 @@
 //! Batches of slots that are projected together, and what is done to each row of them.
 
-use crate::field::{Block, Vector, rows};
+use crate::exec::Exec;
+use crate::field::{Block, Vector, rows, sums};
 use crate::grid::solids::{OUTSIDE, Solids};
 use crate::grid::{Grid, Side};
 use crate::operators::divergence::{RowFaces, add_gradient};
@@ -86,9 +87,12 @@ impl Measured {
             .for_each(|(sum, own)| *sum = own);
     }
 
-    /// The largest of the sums of all rows.
-    pub fn read(sums: &[f64]) -> Self {
-        let largest = |which: usize| rows::largest(sums.iter().skip(which).step_by(Self::SUMS).copied());
+    /// The largest of the sums of all rows of `grid`.
+    pub fn read(exec: &dyn Exec, grid: &Grid, sums: &[f64]) -> Self {
+        let largest = |which: usize| {
+            let of_rows = sums.iter().skip(which).step_by(Self::SUMS).copied();
+            sums::most(exec, grid, of_rows)
+        };
         Self {
             divergence: largest(0),
             speed: largest(1),

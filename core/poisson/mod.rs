@@ -39,7 +39,7 @@ pub struct Projection<'a, T> {
 
 /// The slots of a batch: about as many in each, at most [`MAX_BATCH`] and no more than there are rows.
 fn batch_of(grid: &Grid, slots: usize) -> usize {
-    slots.div_ceil(slots.div_ceil(MAX_BATCH.min(grid.rows())))
+    slots.div_ceil(slots.div_ceil(MAX_BATCH.min(grid.whole().rows())))
 }
 
 impl<'a, T: Real> Projection<'a, T> {
@@ -94,7 +94,7 @@ impl<'a, T: Real> Projection<'a, T> {
                     .write(task.sums);
                 },
             );
-            let Measured { divergence, speed } = Measured::read(sums);
+            let Measured { divergence, speed } = Measured::read(exec, grid, sums);
             fastest = rows::largest([fastest, speed]);
             if divergence > 0.0 {
                 divergence * grid.h[0] / speed

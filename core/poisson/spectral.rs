@@ -3,6 +3,7 @@
 use super::batch::{Batch, MAX_BATCH, Measured, divergence_in_row, inside, subtract_gradient_in_row};
 use super::{conjugate, eigen};
 use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::turned::Turned;
 use crate::field::{Block, Vector};
 use crate::grid::Grid;
 use crate::grid::solids::Solids;
@@ -22,6 +23,8 @@ pub struct Spectral<'a, T> {
     solids: Solids<'a>,
     /// Fields of conjugate gradients for every slot of a batch, where there are solid cells.
     work: &'a mut [T],
+    /// Where ranks share the box.
+    turned: Turned<'a, T>,
     pub(super) scratch: &'a mut [T],
 }
 
@@ -44,6 +47,7 @@ impl<'a, T: Real> Spectral<'a, T> {
                 &mut []
             },
             solids,
+            turned: Turned::carve(grid, batch, pool),
             scratch: pool.take("rows and panels", scratch),
         }
     }
@@ -74,7 +78,7 @@ impl<'a, T: Real> Spectral<'a, T> {
                 .write(task.sums);
             },
         );
-        Measured::read(sums)
+        Measured::read(exec, grid, sums)
     }
 
     /// q with div grad q = the right-hand side, or div W^-2 grad q with an `importance` W of cells; among solid cells until what is left is below
@@ -100,6 +104,11 @@ impl<'a, T: Real> Spectral<'a, T> {
                     conjugate::solve((grid, spectrum, solids), goal, importance, q, work, task.scratch);
                 },
             );
+            return observer.on(Event::Work);
+        }
+        if grid.is_part() {
+            let spectrum = (grid, spectrum);
+            eigen::solve_turned(exec, spectrum, q, &mut self.turned, self.scratch);
             return observer.on(Event::Work);
         }
         for_rows(

@@ -33,6 +33,7 @@ impl Problem<'_> {
         self.check_emitters()?;
         self.check_templates()?;
         self.check_steps()?;
+        self.check_share().map_err(ProblemError::Share)?;
         self.check_numbers()
     }
 

@@ -1,6 +1,6 @@
 //! Why a problem is refused, in words.
 
-use super::{CELLS, Feature, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS, TemplateError};
+use super::{CELLS, Feature, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS, ShareError, TemplateError};
 use crate::grid::spectrum::MOST_OPEN;
 use crate::words::Named;
 use core::fmt;
@@ -112,6 +112,8 @@ pub enum ProblemError {
         /// What it cannot.
         feature: Feature,
     },
+    /// Ranks cannot share the box so.
+    Share(ShareError),
     /// Only limited transport goes around solid cells.
     SolidScheme,
     /// Only limited transport lets smoke out of open sides.
@@ -232,6 +234,7 @@ impl fmt::Display for ProblemError {
                     feature.name()
                 )
             }
+            Self::Share(error) => error.fmt(f),
             Self::SolidScheme => write!(f, "only limited transport goes around solid cells; take that"),
             Self::OpenScheme => write!(
                 f,

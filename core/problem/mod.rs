@@ -3,14 +3,16 @@
 mod check;
 mod error;
 mod feature;
+mod share;
 mod template;
 
 pub use check::{not_negative, positive};
 pub use error::ProblemError;
 pub use feature::Feature;
+pub use share::ShareError;
 pub use template::{PACKED, Template, TemplateError, TemplateKind};
 
-use crate::grid::{Boundary, Grid};
+use crate::grid::{Boundary, Grid, Share};
 use crate::words::named;
 
 /// How density is carried (mathematics section 3).
@@ -129,6 +131,8 @@ pub struct Problem<'a> {
     pub advection: Advection,
     /// Relative tolerance of projections.
     pub projection_tolerance: f64,
+    /// Which slab of the box this program has, where several ranks share it: see [`exec::ranks`](crate::exec::ranks).
+    pub share: Option<Share>,
 }
 
 /// Cells along an axis.
@@ -167,15 +171,16 @@ impl<'a> Problem<'a> {
             match_mass: true,
             advection: Advection::default(),
             projection_tolerance: 1e-5,
+            share: None,
         }
     }
 }
 
 impl Problem<'_> {
-    /// The finest grid, in box lengths.
+    /// The finest grid, in box lengths, or this rank's part of it.
     #[must_use]
     pub fn grid(&self) -> Grid {
-        Grid::new(self.cells, self.boundary)
+        Grid::new(self.cells, self.boundary).shared(self.share)
     }
 
     /// Whether a side of the box is open.

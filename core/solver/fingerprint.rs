@@ -50,6 +50,7 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
         match_mass,
         advection,
         projection_tolerance,
+        share: _,
     } = problem;
     cells.iter().for_each(|&n| mix.word(n as u64));
     boundary.iter().for_each(|&end| mix.word(end as u64));

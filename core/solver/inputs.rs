@@ -1,6 +1,7 @@
 //! What a solve is given: densities and v_0.
 
 use super::layout::{FileLayout, Run, finite};
+use super::shared::Verb;
 use super::{InputError, Solver};
 use crate::checkpoint::Mix;
 use crate::field::rows;
@@ -44,7 +45,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     /// Cells of a density that is given: those inside the box.
     #[must_use]
     pub fn cells(&self) -> usize {
-        FileLayout::of_cells(self.grid()).len()
+        FileLayout::of_cells(&self.grid().whole()).len()
     }
 
     /// Sets rho_0: one density for each cell, x fastest.
@@ -54,21 +55,28 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     pub fn set_source(&mut self, density: &[T]) -> Result<(), InputError> {
         let mass = self.mass_of(density)?;
         let largest = density.iter().fold(0.0, |most: f64, &x| most.max(x.to_f64()));
-        self.put_source(density, largest);
-        self.mass = mass;
+        self.shared.ask(Verb::Source, [0; 3]);
+        self.take_source(density, [mass, largest]);
         Ok(())
+    }
+
+    /// Takes rho_0, whose mass and largest value the first rank knows.
+    pub(super) fn take_source(&mut self, density: &[T], [mass, largest]: [f64; 2]) {
+        self.put_source(density, largest);
+        self.mass = self.shared.told(mass);
     }
 
     /// Writes rho_0, of at most `largest`.
     pub(super) fn put_source(&mut self, density: &[T], largest: f64) {
         let emitters = 0..self.lists.spans.len() / 2;
         let largest = emitters.fold(largest, |most, index| most.max(self.emitted(index)));
+        let largest = self.shared.told(largest);
         let parts = self.engine.get_mut().parts();
         parts.setup.sweep.largest = largest;
         let Animation { levels, rho, .. } = parts.animation;
         let grid = &levels.finest;
         let rho = rows::part_mut(rho, 0..grid.cells());
-        FileLayout::of_cells(grid).write(density, T::ONE, rho);
+        self.shared.put((grid, None), density, T::ONE, rho);
         levels.solids(0).clear_cells(grid.n[0], rho);
         self.finished = false;
     }
@@ -83,11 +91,17 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
             return Err(InputError::Index { given: index, count });
         }
         self.mass_of(shape)?;
+        self.shared.ask(Verb::Emitter, [index, 0, 0]);
+        self.take_emitter(index, shape);
+        Ok(())
+    }
+
+    /// Takes the shape of emitter `index`, which the first rank has checked.
+    pub(super) fn take_emitter(&mut self, index: usize, shape: &[T]) {
         self.put_field(self.lists.emitters_begin() + index, shape);
         let added = self.emitted(index);
         let largest = &mut self.engine.get_mut().parts().setup.sweep.largest;
         *largest = largest.max(added);
-        Ok(())
     }
 
     /// Sets the region of keyframe `index`: what its error is multiplied by, from 0 to 1, cell by cell.
@@ -138,19 +152,17 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
 
     /// Writes field `index` of the script.
     fn put_field(&mut self, index: usize, values: &[T]) {
-        let (layout, cells) = (
-            FileLayout::of_cells(self.engine.get().animation().grid()),
-            self.grid().cells(),
-        );
+        let grid = *self.grid();
+        let cells = grid.cells();
         if let Some(field) = self.fields.get_mut(index * cells..(index + 1) * cells) {
-            layout.write(values, T::ONE, field);
+            self.shared.put((&grid, None), values, T::ONE, field);
         }
         self.clear_field(index);
         self.finished = false;
     }
 
     /// Sets field `index` of the script to 0 in solid cells.
-    fn clear_field(&mut self, index: usize) {
+    pub(super) fn clear_field(&mut self, index: usize) {
         let animation = self.engine.get().animation();
         let (grid, solids) = (animation.grid(), animation.levels.solids(0));
         let cells = grid.cells();
@@ -160,10 +172,10 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     }
 
     /// The mass of a density outside solid cells, which must be finite and nowhere negative.
-    fn mass_of(&self, density: &[T]) -> Result<f64, InputError> {
+    pub(super) fn mass_of(&self, density: &[T]) -> Result<f64, InputError> {
         let (grid, solids) = (self.grid(), self.animation().levels.solids(0));
-        let n = grid.n[0];
-        let layout = FileLayout::of_cells(grid);
+        let (n, whole) = (grid.n[0], grid.whole());
+        let layout = FileLayout::of_cells(&whole);
         check(density, layout.len())?;
         let mass = layout.runs().fold(0.0, |sum, Run { row, x, file, count }| {
             let table = solids.row(n, row);
@@ -182,41 +194,6 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         }
     }
 
-    /// Sets the target of keyframe `index`, after the source and all emitters; the factor by which it was scaled to the mass of the smoke at
-    /// its step.
-    ///
-    /// # Errors
-    /// As [`Self::set_source`], or [`InputError::NoSource`] where there is no smoke yet at its step, [`InputError::NoEmitter`],
-    /// [`InputError::Index`].
-    pub fn set_keyframe(&mut self, index: usize, density: &[T]) -> Result<f64, InputError> {
-        let (cells, count) = (self.grid().cells(), self.lists.steps.len());
-        if index >= count {
-            return Err(InputError::Index { given: index, count });
-        }
-        self.check_smoke()?;
-        let mass = self.mass_of(density)?;
-        let step = self.lists.steps.get(index).map_or(0, |&step| step as usize);
-        let factor = if self.match_mass {
-            self.mass_at(step) / mass
-        } else {
-            1.0
-        };
-        if factor <= 0.0 {
-            return Err(InputError::NoSource);
-        }
-        let target = &mut self.fields[index * cells..(index + 1) * cells];
-        self.missing = self
-            .missing
-            .saturating_sub(usize::from(target.iter().all(|&x| x == T::ZERO)));
-        self.finished = false;
-        FileLayout::of_cells(self.engine.get().animation().grid()).write(density, T::ONE, target);
-        target
-            .iter_mut()
-            .for_each(|target| *target = T::from_f64(target.to_f64() * factor));
-        self.clear_field(index);
-        Ok(factor)
-    }
-
     /// Sets a component of v_0, in the layout of a file (one more face than cells along a wall axis), in the scene's units.
     ///
     /// # Errors
@@ -229,10 +206,20 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
                 count: grid.dims,
             });
         }
-        let field = &mut self.engine.get_mut().parts().animation.initial[axis];
-        FileLayout::new(&grid, axis).take(faces, 1.0 / self.units.velocity, field, [1, 0])?;
-        (self.prepared, self.finished) = (None, false);
+        finite(faces, FileLayout::new(&grid.whole(), axis).len())?;
+        self.shared.ask(Verb::Velocity, [axis, 0, 0]);
+        self.take_velocity(axis, faces);
         Ok(())
+    }
+
+    /// Takes a component of v_0, which the first rank has checked.
+    pub(super) fn take_velocity(&mut self, axis: usize, faces: &[T]) {
+        let (grid, unit) = (*self.grid(), T::from_f64(1.0 / self.units.velocity));
+        let Some(field) = self.engine.get_mut().parts().animation.initial.get_mut(axis) else {
+            return;
+        };
+        self.shared.put((&grid, Some(axis)), faces, unit, field);
+        (self.prepared, self.finished) = (None, false);
     }
 }
 

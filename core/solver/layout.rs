@@ -36,13 +36,30 @@ impl<'g> FileLayout<'g> {
         }
     }
 
-    /// That of a field of cells.
+    /// That of a field of cells. Of a box that ranks share it is the rank's own part, plane after plane.
     pub fn of_cells(grid: &'g Grid) -> Self {
+        let mut inside = grid.inside();
+        if let (true, Some(last)) = (grid.is_part(), inside.get_mut(grid.dims - 1)) {
+            *last = grid.own_planes();
+        }
         Self {
             grid,
-            inside: grid.inside(),
+            inside,
             axis: None,
         }
+    }
+
+    /// That of the faces of an axis, or of cells.
+    pub fn of(grid: &'g Grid, axis: Option<usize>) -> Self {
+        Self {
+            axis,
+            ..Self::of_cells(grid)
+        }
+    }
+
+    /// Whether these are faces across the planes of which a rank has some: those on the high wall are nobody's.
+    fn is_across(&self, axis: usize) -> bool {
+        self.grid.is_part() && axis == self.grid.dims - 1
     }
 
     /// Where a cell of the box is in a file; `None` outside the box.
@@ -55,7 +72,7 @@ impl<'g> FileLayout<'g> {
     }
 
     pub fn extent(&self, axis: usize) -> usize {
-        let ends = self.axis == Some(axis) && !self.grid.axis(axis).is_ring();
+        let ends = self.axis == Some(axis) && !self.grid.axis(axis).is_ring() && !self.is_across(axis);
         self.inside[axis].len() + usize::from(ends)
     }
 
@@ -66,6 +83,11 @@ impl<'g> FileLayout<'g> {
     /// Positions in a file along an axis that are in memory: all but faces on walls.
     fn stored(&self, axis: usize) -> Range<usize> {
         let extent = self.extent(axis);
+        if self.axis == Some(axis) && self.is_across(axis) {
+            let whole = self.grid.whole();
+            let first = self.grid.first_plane(axis) + self.inside[axis].start as isize;
+            return usize::from(first == 0 && !whole.axis(axis).is_ring())..extent;
+        }
         if extent == self.inside[axis].len() {
             return 0..extent;
         }

@@ -3,7 +3,9 @@
 mod block;
 mod errors;
 mod fingerprint;
+mod follow;
 mod inputs;
+mod keyframes;
 mod layout;
 mod plan;
 mod reference;
@@ -12,6 +14,7 @@ mod release;
 mod results;
 mod saved;
 mod script;
+mod shared;
 mod smoke;
 mod templates;
 mod window;
@@ -31,6 +34,7 @@ pub use refined::{MAX_DOUBLINGS, Refined, Refinement};
 pub(crate) use script::carve as carve_script;
 
 use crate::exec::Exec;
+use crate::field::borders;
 use crate::grid::{Grid, Space};
 use crate::memory::{Layout, TooSmall};
 use crate::method::animation::Animation;
@@ -43,6 +47,7 @@ use crate::real::Real;
 use core::mem::MaybeUninit;
 use fingerprint::fingerprint;
 use release::Release;
+use shared::{Heard, Shared, Verb};
 
 /// A solve in one block of memory.
 #[derive(Debug)]
@@ -67,6 +72,7 @@ pub struct Solver<'m, T, S> {
     /// What the solid cells add to it.
     solid_print: u64,
     saved_bytes: usize,
+    shared: Shared<'m, T>,
 }
 
 impl<'m, T: Real, S: Space> Solver<'m, T, S> {
@@ -97,6 +103,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
             release.layout(&mut Layout::carve(&mut arena)).map_err(short)?;
         }
         let (lists, fields) = script::carve(problem, &mut arena).map_err(short)?;
+        let piece = script::carve_piece(problem, &mut arena).map_err(short)?;
         debug_assert_eq!(arena.left(), 0, "planned and carved bytes differ");
         Ok(Self {
             engine,
@@ -115,6 +122,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
             fingerprint: fingerprint::<T, S>(problem, &plan.params),
             solid_print: 0,
             saved_bytes: plan.saved_bytes(),
+            shared: Shared { ranks: None, piece },
         })
     }
 
@@ -131,6 +139,11 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
     /// # Errors
     /// [`InputError::NoSource`], [`InputError::NoEmitter`], [`InputError::NoKeyframe`], [`InputError::NoReference`].
     pub fn prepare(&mut self, exec: &dyn Exec) -> Result<f64, InputError> {
+        self.shared.ask(Verb::Prepare, [0; 3]);
+        self.prepared(exec)
+    }
+
+    fn prepared(&mut self, exec: &dyn Exec) -> Result<f64, InputError> {
         self.check_smoke()?;
         let cells = self.grid().cells();
         if self.missing > 0 {
@@ -147,15 +160,19 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
         }
         Ok(match self.prepared {
             Some(change) => change,
-            None => *self
-                .prepared
-                .insert(self.engine.get_mut().parts().project_initial(exec)),
+            None => {
+                let parts = self.engine.get_mut().parts();
+                let Animation { levels, initial, .. } = &mut *parts.animation;
+                borders::refresh_faces(exec, &levels.finest, initial);
+                *self.prepared.insert(parts.project_initial(exec))
+            }
         })
     }
 
     /// One outer iteration.
     pub fn step(&mut self, exec: &dyn Exec, observer: &mut dyn Observer) -> Progress {
-        if self.prepare(exec).is_err() {
+        self.shared.ask(Verb::Step, [0; 3]);
+        if self.prepared(exec).is_err() {
             return Progress {
                 status: Some(Status::NotReady),
                 ..Progress::default()
@@ -164,6 +181,8 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
         let script = Script::new(self.lists, self.fields);
         self.finished = false;
         let mut progress = Progress::default();
+        let ranks = self.shared.ranks;
+        let observer = &mut Heard { observer, ranks };
         let ended = self.engine.get_mut().step(exec, observer, &script, &mut progress);
         progress.status = ended.err();
         progress
@@ -196,6 +215,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
     /// # Errors
     /// [`Status::NotFinite`] when a number is not finite or the flow is too fast to be transported.
     pub fn finish(&mut self, exec: &dyn Exec) -> Result<Objective, Status> {
+        self.shared.ask(Verb::Finish, [0; 3]);
         let script = Script::new(self.lists, self.fields);
         self.finished = false;
         let method = self.engine.get_mut();

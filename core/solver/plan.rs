@@ -8,7 +8,7 @@ use crate::method::contract::Size;
 use crate::method::params::Params;
 use crate::method::refusal::PlanError;
 use crate::method::registry::{self, Engine};
-use crate::problem::{Feature, Problem, ProblemError};
+use crate::problem::{Feature, Problem, ProblemError, ShareError};
 use crate::real::Real;
 use crate::words::Named;
 
@@ -139,6 +139,10 @@ fn check<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<()
     if let Some(&feature) = Feature::ALL.iter().find(unfit) {
         let method = params.method.name();
         return Err(ProblemError::Unfit { method, feature }.into());
+    }
+    if problem.is_shared() && !registry::shares(params) {
+        let method = params.method.name();
+        return Err(ProblemError::Share(ShareError::Method { method }).into());
     }
     params.check()?;
     // No buffer holds more than this many numbers a cell and step (or a thread, row and step): later sizes cannot overflow.

@@ -2,6 +2,7 @@
 
 use super::Solver;
 use super::layout::{FileLayout, Run, Strided};
+use super::shared::Verb;
 use crate::exec::Exec;
 use crate::field::slot::Slot;
 use crate::grid::{Grid, Space};
@@ -46,33 +47,57 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     pub fn in_place(&self, output: &Output, step: usize, axis: usize) -> Strided<'_, T> {
         let stored = self.stored(output, step);
         let field = stored.components[axis];
-        let faces = (output.place == Place::Faces).then_some(axis);
         let [slots, slot] = [stored.slots, stored.slot];
-        Strided::slot(self.grid(), field, [slots, slot], self.unit(output), faces)
-    }
-
-    /// How a component of an output lies in a file.
-    fn layout(&self, output: &Output, axis: usize) -> FileLayout<'_> {
-        match output.place {
-            Place::Cells => FileLayout::of_cells(self.grid()),
-            Place::Faces => FileLayout::new(self.grid(), axis),
-        }
+        Strided::slot(
+            self.grid(),
+            field,
+            [slots, slot],
+            self.unit(output),
+            faces(output, axis),
+        )
     }
 
     /// Elements that [`Self::read`] writes of a component of an output.
     #[must_use]
     pub fn elements(&self, output: &Output, axis: usize) -> usize {
-        self.layout(output, axis).len()
+        FileLayout::of(&self.grid().whole(), faces(output, axis)).len()
     }
 
     /// Component `axis` of step `step` of an output in the layout of a file, x fastest, of faces one more than cells along a wall axis,
     /// and in the scene's units. `out` has [`Self::elements`] elements.
     pub fn read(&self, output: &Output, step: usize, axis: usize, out: &mut [T]) {
+        let number = self.outputs().iter().position(|known| known == output);
+        self.shared
+            .ask(Verb::Read, [number.unwrap_or(usize::MAX), step, axis]);
+        let place = (self.grid(), faces(output, axis));
+        self.shared.collect(place, out, |layout, out| {
+            self.read_part(output, step, axis, (layout, out));
+        });
+    }
+
+    /// What this rank has of it.
+    fn read_part(
+        &self,
+        output: &Output,
+        step: usize,
+        axis: usize,
+        (layout, out): (&FileLayout<'_>, &mut [T]),
+    ) {
         let stored = self.stored(output, step);
-        let field = stored.components[axis];
-        let unit = T::from_f64(self.unit(output));
-        self.layout(output, axis)
-            .read(field, [stored.slots, stored.slot], unit, out);
+        let (field, unit) = (stored.components[axis], T::from_f64(self.unit(output)));
+        layout.read(field, [stored.slots, stored.slot], unit, out);
+    }
+
+    /// Sends the first rank what this one has of component `axis` of step `step` of an output by its number.
+    pub(super) fn send_output(&mut self, output: usize, step: usize, axis: usize) {
+        let mut shared = core::mem::take(&mut self.shared);
+        if let Some(output) = self.outputs().get(output) {
+            let place = (self.grid(), faces(output, axis));
+            shared.send(place, |layout, out| {
+                self.read_part(output, step, axis, (layout, out));
+            });
+        }
+        self.shared = shared;
     }
 
     /// Copies a field of cells as it is stored, such as [`Self::density`], to `out` of [`Self::cells`](Solver::cells) elements.
@@ -99,6 +124,25 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         &self.fields[index * cells..(index + 1) * cells]
     }
 
+    /// The same in the layout of a file: `out` has [`Self::cells`](Solver::cells) elements.
+    pub fn read_keyframe(&self, index: usize, out: &mut [T]) {
+        self.shared.ask(Verb::Target, [index, 0, 0]);
+        let target = self.keyframe(index);
+        self.shared.collect((self.grid(), None), out, |layout, out| {
+            layout.read(target, [1, 0], T::ONE, out);
+        });
+    }
+
+    /// Sends the first rank what this one has of it.
+    pub(super) fn send_keyframe(&mut self, index: usize) {
+        let mut shared = core::mem::take(&mut self.shared);
+        let target = self.keyframe(index);
+        shared.send((self.grid(), None), |layout, out| {
+            layout.read(target, [1, 0], T::ONE, out);
+        });
+        self.shared = shared;
+    }
+
     /// What keyframe `index` has its error multiplied by, stored as a density; empty where keyframes have no regions.
     #[must_use]
     pub fn keyframe_region(&self, index: usize) -> &[T] {
@@ -121,10 +165,19 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
 
     /// What emitters added to the density after `step` (0 .. N-1), one element for each cell inside; to be asked after [`Self::finish`].
     pub fn emission(&mut self, exec: &dyn Exec, step: usize, out: &mut [T]) {
+        self.shared.ask(Verb::Emission, [step, 0, 0]);
         let script = Script::new(self.lists, &*self.fields);
         let controlled = self.engine.get().animation().slots + 1;
         out.fill(T::ZERO);
-        let mut take = |grid: &Grid, added: &[T]| FileLayout::of_cells(grid).read(added, [1, 0], T::ONE, out);
+        let shared = &mut self.shared;
+        let mut take = |grid: &Grid, added: &[T]| {
+            let own = |layout: &FileLayout<'_>, out: &mut [T]| layout.read(added, [1, 0], T::ONE, out);
+            if shared.is_first() {
+                shared.collect((grid, None), out, own);
+            } else {
+                shared.send((grid, None), own);
+            }
+        };
         match &mut self.release {
             Some(release) if step >= controlled => release.emission(exec, step, &script, &mut take),
             _ => self
@@ -144,6 +197,15 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     /// Component `axis` of what emitters add to the force u_step (step 0 .. N-2) to give their smoke its velocity: T - K v_step, with K and T of
     /// [`Jets`]. As [`Self::force`]; to be asked after [`Self::finish`].
     pub fn jet(&self, step: usize, axis: usize, out: &mut [T]) {
+        self.shared.ask(Verb::Jet, [step, axis, 0]);
+        let place = (self.grid(), Some(axis));
+        self.shared.collect(place, out, |layout, out| {
+            self.jet_part(step, axis, (layout, out));
+        });
+    }
+
+    /// What this rank has of it.
+    fn jet_part(&self, step: usize, axis: usize, (layout, out): (&FileLayout<'_>, &mut [T])) {
         out.fill(T::ZERO);
         let v = self.stored(&VELOCITY, step);
         let (animation, unit) = (self.animation(), self.units.force);
@@ -158,13 +220,21 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         if !jets.push(step) {
             return;
         }
-        for Run { row, x, file, count } in self.layout(&VELOCITY, axis).runs() {
+        for Run { row, x, file, count } in layout.runs() {
             let faces = out.get_mut(file..file + count).unwrap_or_default().iter_mut();
             let pushed = jets.row(step, axis, row).zip(before.row(grid, axis, row));
             for (out, ([target, part], v)) in faces.zip(pushed.skip(x)) {
                 *out = T::from_f64(unit * (target - part * v.to_f64()));
             }
         }
+    }
+
+    /// Sends the first rank what this one has of it.
+    pub(super) fn send_jet(&mut self, step: usize, axis: usize) {
+        let mut shared = core::mem::take(&mut self.shared);
+        let place = (self.grid(), Some(axis));
+        shared.send(place, |layout, out| self.jet_part(step, axis, (layout, out)));
+        self.shared = shared;
     }
 
     /// Faces of a component of a velocity or force in the layout of a file.
@@ -182,4 +252,9 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     pub fn force(&self, step: usize, axis: usize, out: &mut [T]) {
         self.read(&FORCE, step, axis, out);
     }
+}
+
+/// The axis whose faces an output's component `axis` is on; `None` of cells.
+fn faces(output: &Output, axis: usize) -> Option<usize> {
+    (output.place == Place::Faces).then_some(axis)
 }

@@ -1,5 +1,6 @@
 //! The script of a solve in its block: lists that follow from the problem, and fields that are given.
 
+use super::shared::piece_len;
 use crate::memory::{Arena, Ledger, TooSmall};
 use crate::objective::script::Lists;
 use crate::problem::{Problem, Supply};
@@ -10,8 +11,20 @@ pub(super) fn measure<T: Real>(problem: &Problem<'_>, ledger: &mut Ledger) {
     let mut arena = Arena::measuring(ledger);
     // An arena that measures is never too small.
     let _ = carve::<T>(problem, &mut arena);
+    let _ = carve_piece::<T>(problem, &mut arena);
     if let Some(ledger) = arena.into_ledger() {
         ledger.count_kept(problem.fields() * problem.grid().cells(), T::BYTES);
+    }
+}
+
+/// Room for what a rank that follows sends of a field.
+pub(super) fn carve_piece<'m, T: Real>(
+    problem: &Problem<'_>,
+    arena: &mut Arena<'m>,
+) -> Result<&'m mut [T], TooSmall> {
+    match piece_len(&problem.grid()) {
+        0 => Ok(&mut []),
+        len => arena.take("a rank's part of a field", len),
     }
 }
 

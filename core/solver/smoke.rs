@@ -27,12 +27,13 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
 
     /// The mass of that shape.
     fn emitter_mass(&self, index: usize) -> f64 {
-        self.emitter_shape(index).iter().map(|x| x.to_f64()).sum()
+        self.shared.mass(self.grid(), self.emitter_shape(index))
     }
 
     /// The largest density that emitter `index` adds at a step, or fills up to.
     pub(super) fn emitted(&self, index: usize) -> f64 {
-        Script::new(self.lists, &*self.fields).most_emitted(index, self.grid().cells())
+        let most = Script::new(self.lists, &*self.fields).most_emitted(index, self.grid().cells());
+        self.shared.largest(most)
     }
 
     /// The mass of the smoke at `step`: that of the source, and what emitters have added by their rates.

@@ -3,7 +3,7 @@
 use super::kernel::Extremes;
 use super::rows::{Rows, Velocity, faces};
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::rows;
+use crate::field::sums;
 use crate::grid::Grid;
 use crate::grid::halo::HALO;
 use crate::grid::stencil::Stencil;
@@ -18,7 +18,7 @@ pub fn largest<T: Real>(exec: &dyn Exec, grid: &Grid, velocity: Velocity<'_, T>,
         let faces = faces(grid, &Stencil::new(grid, task.row), velocity);
         task.sums[0] = of_row(&faces, grid.n[0], grid.dims, scales);
     });
-    rows::largest(sums.iter().copied())
+    sums::most(exec, grid, sums.iter().copied())
 }
 
 vectorised! {

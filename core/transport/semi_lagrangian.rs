@@ -5,7 +5,7 @@
 
 use super::rows::Velocity;
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::VectorMut;
+use crate::field::{VectorMut, borders};
 use crate::grid::{Grid, Side};
 use crate::real::Real;
 
@@ -44,10 +44,13 @@ fn origins<T: Real>(grid: &Grid, velocity: Velocity<'_, T>, tau: f64, at: [usize
         let line = grid.axis(axis);
         let low = |[x, y, z]: [usize; 3]| velocity.low(grid.n[0], axis, grid.row(y, z))[x].to_f64();
         let v = 0.5 * (low(at) + grid.beside(at, axis, Side::High).map_or(0.0, low));
-        let (place, moves) = line.nearest_point(at[axis] as f64 - tau * v / grid.h[axis]);
+        // Places are those in the whole box, so that every rank that shares it rounds alike.
+        let first = grid.first_plane(axis);
+        let place = (at[axis] as isize + first) as f64 - tau * v / grid.h[axis];
+        let (place, moves) = grid.whole().axis(axis).nearest_point(place);
         let low = libm::floor(place);
         Origin {
-            cells: [0, 1].map(|next| line.nearest(low as isize + next)),
+            cells: [0, 1].map(|next| line.nearest(low as isize - first + next)),
             weight: place - low,
             moves,
         }
@@ -92,7 +95,7 @@ pub fn trace<T: Real>(
     from: &[T],
     to: &mut [T],
 ) {
-    for_rows(exec, grid.rows(), RowBuffers::fields([to]), |task| {
+    for_rows(exec, grid.rows(), RowBuffers::fields([&mut *to]), |task| {
         let [to] = task.fields;
         for (x, to) in to.iter_mut().enumerate() {
             let origins = origins(grid, velocity, tau, grid.cell_at(task.row, x));
@@ -106,12 +109,13 @@ pub fn trace<T: Real>(
             *to = T::from_f64(sum);
         }
     });
+    borders::refresh(exec, grid, to);
 }
 
 /// `to` = transpose of [`trace`] applied to mu: every cell gathers from the cells around whose origin it is.
 pub fn adjoint<T: Real>(exec: &dyn Exec, step: &Step<'_, T>, to: &mut [T]) {
     let grid = step.grid;
-    for_rows(exec, grid.rows(), RowBuffers::fields([to]), |task| {
+    for_rows(exec, grid.rows(), RowBuffers::fields([&mut *to]), |task| {
         let [to] = task.fields;
         for (x, to) in to.iter_mut().enumerate() {
             let here = grid.cell_at(task.row, x);
@@ -130,6 +134,7 @@ pub fn adjoint<T: Real>(exec: &dyn Exec, step: &Step<'_, T>, to: &mut [T]) {
             *to = T::from_f64(sum);
         }
     });
+    borders::refresh(exec, grid, to);
 }
 
 /// Visits the cells at most one away along each axis, each once.

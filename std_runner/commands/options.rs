@@ -6,13 +6,14 @@ use crate::exit::Failure;
 use crate::plan::PlanOptions;
 use crate::problem::Precision;
 use crate::progress::Mode;
-use crate::run::{Outputs, Request, RunOptions};
+use crate::run::{Outputs, Request, RunOptions, share_of};
 use crate::scene::steering;
 use crate::{bytes, threads};
 use clap::Args;
 use core::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
+use thurible_core::exec::Ranks;
 use thurible_core::{Named, stable_fluids};
 
 /// What a command takes of the machine, and how it tells its progress.
@@ -30,6 +31,9 @@ pub struct Running {
     /// Print JSON lines.
     #[arg(long)]
     pub json: bool,
+    /// The programs that share the scene, where there are several.
+    #[arg(skip)]
+    pub ranks: Option<&'static dyn Ranks>,
 }
 
 impl Running {
@@ -149,6 +153,7 @@ impl Options {
             threads: self.resources.threads,
             limit: self.resources.memory_limit,
             began_under: None,
+            share: self.resources.ranks.map(share_of),
         }
     }
 
@@ -163,6 +168,7 @@ impl Options {
             plan: self.plan(),
             mode: self.mode(),
             outputs,
+            ranks: self.resources.ranks,
         }
     }
 }

@@ -11,17 +11,44 @@ use crate::problem::{OwnedProblem, Precision};
 use crate::progress::{Display, Mode};
 use crate::scene::Scene;
 use crate::windows::Windows;
+use clap::Args;
+use core::ops::Range;
 use serde_json::{Value, json};
+use thurible_core::Method;
+use thurible_core::grid::Share;
 use thurible_core::{Named, Plan};
 
+/// Arguments of `plan`.
+#[derive(Args, Debug)]
+pub struct PlanArguments {
+    /// The scene and the common options.
+    #[command(flatten)]
+    pub common: SceneArguments,
+    /// Plan what `thurible simulate` does with the scene.
+    #[arg(long, conflicts_with = "method")]
+    pub simulate: bool,
+    /// The memory of each of N ranks that share the scene.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    pub ranks: Option<u32>,
+}
+
 /// Prints the plan of a scene; the answer is the exit code.
-pub fn run(arguments: &SceneArguments) -> Result<u8, Failure> {
-    let scene = Scene::load(
-        &arguments.scene,
-        &arguments.options.set,
-        arguments.method.as_deref(),
-    )?;
-    let options = arguments.options.plan();
+pub fn run(arguments: &PlanArguments) -> Result<u8, Failure> {
+    let (simulate, ranks) = (arguments.simulate, arguments.ranks);
+    let arguments = &arguments.common;
+    let (path, set) = (&arguments.scene, &arguments.options.set);
+    let mut options = arguments.options.plan();
+    let scene = if simulate {
+        let mut scene = Scene::load_free(path, set)?;
+        scene.method.params.method = Method::Simulate;
+        options.precision = arguments.options.resources.precision.unwrap_or(Precision::F64);
+        scene
+    } else {
+        Scene::load(path, set, arguments.method.as_deref())?
+    };
+    if let Some(ranks) = ranks {
+        return plan_ranks(&scene, &options, ranks as usize, arguments.options.mode());
+    }
     if scene.method.fluids.chosen {
         return plan_fluids(&scene, &options, arguments.options.mode());
     }
@@ -35,6 +62,47 @@ pub fn run(arguments: &SceneArguments) -> Result<u8, Failure> {
         Mode::Json => {
             let mut fields = plan_fields(&planned);
             fields["others"] = others.iter().map(other_fields).collect();
+            Display::new(Mode::Json, 0).event("plan", fields);
+        }
+        Mode::Quiet => {}
+    }
+    Ok(DONE)
+}
+
+/// Prints what each of some ranks needs that share a scene, of which none may need more than a ceiling that is given.
+fn plan_ranks(scene: &Scene, options: &PlanOptions, ranks: usize, mode: Mode) -> Result<u8, Failure> {
+    let of_rank = |rank: usize| -> Result<(Range<usize>, Planned), Failure> {
+        let share = Some(Share { rank, ranks });
+        let options = PlanOptions { share, ..*options };
+        let planned = match options.limit {
+            Some(_) => plan::choose(scene, &options)?,
+            None => plan::make(scene, &options)?,
+        };
+        Ok((planned.problem.problem().grid().planes_of(rank), planned))
+    };
+    let plans = (0..ranks).map(of_rank).collect::<Result<Vec<_>, _>>()?;
+    let all: usize = plans.iter().map(|(_, planned)| block_bytes(&planned.plan)).sum();
+    match mode {
+        Mode::Human => {
+            print(&format!(
+                "{}: {} cells, {ranks} ranks",
+                scene.document.path().display(),
+                size_in_words(&scene.grid.cells)
+            ));
+            print(&format!("{:>8}{:>16}{:>20}", "rank", "planes", "bytes"));
+            for (rank, (planes, planned)) in plans.iter().enumerate() {
+                let planes = format!("{}..{}", planes.start, planes.end);
+                let bytes = grouped(block_bytes(&planned.plan));
+                print(&format!("{rank:>8}{planes:>16}{bytes:>20}"));
+            }
+            print(&format!("{:>8}{:>36}", "all", grouped(all)));
+        }
+        Mode::Json => {
+            let each = plans.iter().enumerate().map(|(rank, (planes, planned))| {
+                let (planned, block) = (planned.plan.bytes(), block_bytes(&planned.plan));
+                json!({ "rank": rank, "planes": [planes.start, planes.end], "planned_bytes": planned, "block_bytes": block })
+            });
+            let fields = json!({ "ranks": each.collect::<Vec<_>>(), "block_bytes": all });
             Display::new(Mode::Json, 0).event("plan", fields);
         }
         Mode::Quiet => {}

@@ -84,8 +84,10 @@ pub(super) fn go_on(found: Found, on: On<'_>) -> Result<u8, Failure> {
             threads: on.threads,
             limit: on.memory_limit,
             began_under: Some(solve.options.ceiling),
+            share: None,
         },
         mode,
+        ranks: None,
         outputs: Outputs {
             arrays: true,
             images: solve.options.images,

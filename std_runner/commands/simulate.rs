@@ -103,6 +103,9 @@ impl Simulation<'_> {
             name.into()
         });
         let request = change(Request::new(scene, folder, clock));
+        if options.follows() {
+            return options.follow(request);
+        }
         let request = self.keeping.keep(Request {
             free: true,
             ..request

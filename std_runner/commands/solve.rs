@@ -33,7 +33,11 @@ pub fn run(arguments: &SolveArguments) -> Result<u8, Failure> {
         images: scene.output.frames,
     });
     let folder = arguments.output.as_ref().unwrap_or(&scene.output.folder).clone();
-    let request = arguments.keeping.keep(Request::new(scene, folder, clock))?;
+    let request = Request::new(scene, folder, clock);
+    if options.follows() {
+        return options.follow(request);
+    }
+    let request = arguments.keeping.keep(request)?;
     let outcome = solve(&options, request)?;
     Ok(outcome.exit_code())
 }

@@ -1,7 +1,7 @@
 //! What a solve came to, of a solver or of all its windows.
 
 use crate::problem::OwnedProblem;
-use crate::remarks::{KeyframeError, keyframe_errors, still_falls};
+use crate::remarks::{KeyframeError, density, keyframe_errors, still_falls};
 use crate::report::{IterationRecord, TemplateRecord, WindowRecord, templates};
 use thurible_core::{Emitter, Objective, Real, Solver, Space, Supply};
 
@@ -24,7 +24,7 @@ pub(super) struct Found {
 impl Found {
     /// What `solver` came to, which has solved `problem`.
     pub fn of<T: Real, S: Space>(solver: &Solver<'_, T, S>, problem: &OwnedProblem) -> Self {
-        let left: f64 = solver.density(solver.steps()).iter().map(|x| x.to_f64()).sum();
+        let left: f64 = density(solver, solver.steps()).iter().map(|x| x.to_f64()).sum();
         Self {
             errors: keyframe_errors(solver, &problem.problem()),
             densities: density_range(solver, 0..=solver.steps()),
@@ -47,10 +47,12 @@ pub(super) fn density_range<T: Real, S: Space>(
     solver: &Solver<'_, T, S>,
     steps: impl Iterator<Item = usize>,
 ) -> [f64; 2] {
-    let densities = steps.flat_map(|step| solver.density(step));
-    densities.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], density| {
+    let wider = |[least, most]: [f64; 2], density: &T| {
         let density = density.to_f64();
         [least.min(density), most.max(density)]
+    };
+    steps.fold([f64::INFINITY, f64::NEG_INFINITY], |range, step| {
+        density(solver, step).iter().fold(range, wider)
     })
 }
 

@@ -63,7 +63,7 @@ impl<T: Real + Sample, S: Space> Frames for SolverFrames<'_, '_, T, S> {
 
     fn keyframe(&self, index: usize, out: &mut Samples) {
         let out = room::<T>(out, self.solver.cells());
-        self.solver.read_cells(self.solver.keyframe(index), out);
+        self.solver.read_keyframe(index, out);
     }
 
     fn outputs(&self) -> &[Output] {

@@ -122,8 +122,10 @@ impl Job {
     /// Takes the memory of a planned solve, and makes sure that there is enough beside it.
     pub fn new(options: RunOptions, request: Request, planned: Planned) -> Result<(Self, Region), Failure> {
         let bytes = planned.plan.bytes();
+        // A rank that follows draws nothing.
+        let fields = if options.follows() { 0 } else { FIELDS };
         let beside = BESIDE
-            + FIELDS * size_of::<f64>() * planned.problem.cells.iter().product::<usize>()
+            + fields * size_of::<f64>() * planned.problem.cells.iter().product::<usize>()
             + history_bytes(planned.most_iterations())
             + request.settled.map_or(0, |_| densities_bytes(&planned));
         let region = Region::new(bytes)
@@ -143,7 +145,9 @@ impl Job {
         let bytes = self.planned.plan.bytes();
         let block = region.carve(bytes).ok_or_else(|| no_memory(bytes))?;
         touch(block);
-        let solved = threads::together(self.planned.params.threads, |exec| self.dispatch(exec, block))?;
+        let solved = threads::together(self.planned.params.threads, |exec| {
+            self.among_ranks(exec, |exec| self.dispatch(exec, block))
+        })?;
         drop(region);
         solved.show(&self.options)
     }

@@ -16,6 +16,7 @@ mod reach;
 mod request;
 pub(crate) mod saved;
 mod settled;
+mod shared;
 mod targets;
 mod whole;
 mod windows;
@@ -23,6 +24,7 @@ mod windows;
 pub(crate) use earlier::Origin;
 pub(crate) use outcome::{Outcome, command_line};
 pub(crate) use request::{Outputs, Request, RunOptions};
+pub(crate) use shared::{share_of, unshared};
 
 use crate::exit::Failure;
 use crate::{address_space, plan, threads};

@@ -10,6 +10,7 @@ use crate::progress::{Clock, Display, Mode, Watch};
 use crate::scene::Scene;
 use serde_json::json;
 use std::path::PathBuf;
+use thurible_core::exec::Ranks;
 
 /// How scenes are to be solved.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +21,8 @@ pub(crate) struct RunOptions {
     pub mode: Mode,
     /// What stays in the result folder beside the report.
     pub outputs: Outputs,
+    /// The programs that share the scene, where there are several.
+    pub ranks: Option<&'static dyn Ranks>,
 }
 
 /// Which of the large parts of a result folder are wanted.

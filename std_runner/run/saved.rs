@@ -280,6 +280,11 @@ impl Job {
     ) -> Result<Solver<'m, T, S>, Failure> {
         let problem = &self.planned.problem;
         let params = self.planned.choices(problem, &self.planned.params);
-        Solver::new(&problem.problem(), &params, block).map_err(|error| solver_refusal(&error))
+        let mut solver =
+            Solver::new(&problem.problem(), &params, block).map_err(|error| solver_refusal(&error))?;
+        if let Some(ranks) = self.options.ranks {
+            solver.share(ranks);
+        }
+        Ok(solver)
     }
 }

@@ -9,7 +9,7 @@ use super::messages::{self, not_finite};
 use super::outcome::Facts;
 use super::saved::{self, Ended, Progressed, Reading};
 use super::settled::Settled;
-use crate::checkpoint::{Keeper, Words};
+use crate::checkpoint::{Inputs as Files, Keeper, Words};
 use crate::destination::Destination;
 use crate::exit::Failure;
 use crate::output::Sample;
@@ -25,17 +25,30 @@ impl Job {
         exec: &dyn Exec,
         block: &mut [MaybeUninit<u8>],
     ) -> Result<Solved, Failure> {
-        let found = self.request.found.as_ref();
         let began_with = self.request.began_with();
-        let masses = match found {
+        let masses = match self.request.found {
             Some(_) => None,
             None => masses::of_a_free_flow::<T, S>(&self.request.scene, &self.planned, exec, block)?,
         };
         let mut solver = self.solver::<T, S>(block)?;
+        let solved = self.solve_by(&mut solver, exec, masses.as_deref(), began_with);
+        solver.dismiss();
+        solved
+    }
+
+    /// Solves the scene, which `began_with` these files, by `solver`, which is new.
+    fn solve_by<T: Real + Sample, S: Space>(
+        &self,
+        solver: &mut Solver<'_, T, S>,
+        exec: &dyn Exec,
+        masses: Option<&[f64]>,
+        began_with: Option<Files>,
+    ) -> Result<Solved, Failure> {
+        let found = self.request.found.as_ref();
         let reading = found.map(Reading::new).transpose()?;
         let inputs = match &reading {
             Some(_) => Inputs::default(),
-            None => self.set_inputs(&mut solver, masses.as_deref())?,
+            None => self.set_inputs(solver, masses)?,
         };
         let files = report::files(self.planned.problem.steps, self.options.outputs.images);
         let mut destination = Destination::check(&self.request.folder, files)?;
@@ -48,24 +61,26 @@ impl Job {
             ended: None,
         };
         match reading {
-            Some(mut reading) => self.go_on(&mut reading, &mut solver, &mut so_far, &mut watch)?,
+            Some(mut reading) => self.go_on(&mut reading, solver, &mut so_far, &mut watch)?,
             None => {
-                self.prepare(&mut solver, exec, &watch)?;
+                self.prepare(solver, exec, &watch)?;
                 watch.clock.begin();
             }
         }
-        let ended = self.search(exec, &mut solver, &mut so_far, (&mut watch, &mut keeper))?;
+        let ended = self.search(exec, solver, &mut so_far, (&mut watch, &mut keeper))?;
         let mut words = Words::default();
         let remembered = so_far.record(&mut words, &mut watch);
-        let record = self.record(&solver, &so_far, (ended, &mut watch), &destination);
-        let mut frames = SolverFrames::new(&mut solver, exec, &self.planned.problem);
+        let record = self.record(solver, &so_far, (ended, &mut watch), &destination);
+        let mut frames = SolverFrames::new(solver, exec, &self.planned.problem);
         let filled = destination.fill(|folder| report::write_numbers(folder, &mut frames, &record));
         if let Err(failure) = filled {
             watch.display.close();
             let how = (ended == Status::Cancelled, true);
+            // What one rank has is no state.
             let kept = remembered
                 .ok()
-                .and_then(|()| keeper.keep_end(how, &words, &mut |file| saved::write(&mut solver, file)));
+                .filter(|()| !solver.is_shared())
+                .and_then(|()| keeper.keep_end(how, &words, &mut |file| saved::write(solver, file)));
             return Err(messages::unwritten(failure, kept.as_deref()));
         }
         Ok(Solved {

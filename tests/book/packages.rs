@@ -26,6 +26,7 @@ fn every_package_says_the_same_of_itself() {
         "core/Cargo.toml",
         "core/ffi/Cargo.toml",
         "std_runner/python/Cargo.toml",
+        "std_runner/mpi/Cargo.toml",
     ] {
         let package = table(path);
         for key in ["version", "license", "authors", "edition", "rust-version"] {

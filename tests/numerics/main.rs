@@ -54,6 +54,7 @@ mod price;
 mod projection;
 
 mod quasi_newton;
+mod ranks;
 mod recursion;
 mod refined;
 mod reversal;

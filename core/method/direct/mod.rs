@@ -100,7 +100,9 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
 
     /// As many pairs as are asked for, or as many as the ceiling allows on one thread, so that results do not depend on threads. Two
     /// threads overlap different tasks where the ceiling allows the memory for that too.
-    fn fit(_: &Problem<'_>, params: &Params, measure: &Measure<'_>) -> Result<Params, PlanError> {
+    ///
+    /// Ranks take the same pairs whatever their memory: as many as are asked for, or as one program takes where it has enough.
+    fn fit(problem: &Problem<'_>, params: &Params, measure: &Measure<'_>) -> Result<Params, PlanError> {
         let with = |history: usize, overlap: bool, threads: usize| {
             let direct = DirectParams {
                 history: Some(history),
@@ -114,6 +116,10 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
             }
         };
         let alone = |pairs: usize| fits(&with(pairs, false, 1), measure);
+        if problem.grid().is_part() {
+            let pairs = params.direct.history.unwrap_or(DirectParams::MOST_BY_DEFAULT);
+            return Ok(with(pairs, false, params.threads));
+        }
         let pairs = pairs_that_fit(params.direct.history, DirectParams::MOST_BY_DEFAULT, alone)?;
         let overlapped = with(pairs, true, params.threads);
         if params.direct.overlap != Some(false) && fits(&overlapped, measure)? {
@@ -121,6 +127,11 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
         } else {
             Ok(with(pairs, false, params.threads))
         }
+    }
+
+    /// Fields are not passed between grids of which ranks have parts.
+    fn shares(params: &Params) -> bool {
+        !params.direct.nested
     }
 
     fn most_iterations(problem: &Problem<'_>, params: &Params) -> usize {

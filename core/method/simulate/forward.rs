@@ -78,6 +78,11 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Simulation<'m, T, S> {
         1
     }
 
+    /// What pushes smoke to a keyframe, and guidance, read further than ranks have copies.
+    fn shares(params: &Params) -> bool {
+        params.method == Method::Simulate
+    }
+
     fn mix(params: &Params, mix: &mut Mix) {
         match params.method {
             Method::Pd => params.pd.mix(mix),

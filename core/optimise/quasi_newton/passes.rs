@@ -141,7 +141,9 @@ impl<T: Real> Pass<'_, '_, T> {
         for (axis, (((image, gradient), s), z)) in components.take(grid.dims) {
             self.add_products(exec, axis, [image, gradient, s, z], sums);
         }
-        let of = |which: usize| sums.iter().skip(which).step_by(count).sum();
+        let mut totals = [0.0; MAX_PRODUCTS];
+        sums::add_up_each(exec, grid, sums, rows::part_mut(&mut totals, 0..count));
+        let of = |which: usize| totals.get(which).copied().unwrap_or(0.0);
         let products_of = |which: usize| Products {
             s: of(which),
             z: of(which + 1),

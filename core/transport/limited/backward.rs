@@ -13,6 +13,7 @@ use super::super::runs::{Sparse, each_run, long_rows};
 use super::transposed::{Input, Output, transposed, transposed_among_solids};
 use super::{KEEP, Substep};
 use crate::exec::{Exec, RunTask, for_runs};
+use crate::field::borders;
 use crate::field::rows::{part, part_mut};
 use crate::grid::halo::{HALO, field_len};
 use crate::grid::stencil::Stencil;
@@ -94,10 +95,13 @@ impl<'a, T: Real> Stage<'a, T> {
     }
 
     /// Writes [the next z, mu, gradient] in all rows; the first two where they are not empty.
-    fn run(&self, exec: &dyn Exec, fields: [&mut [T]; 5], scratch: &mut [T]) {
-        for_runs(exec, self.substep.grid.rows(), fields, scratch, |task| {
-            self.compute(task)
-        });
+    fn run(&self, exec: &dyn Exec, mut fields: [&mut [T]; 5], scratch: &mut [T]) {
+        let grid = self.substep.grid;
+        let all = fields.each_mut().map(|field| &mut **field);
+        for_runs(exec, grid.rows(), all, scratch, |task| self.compute(task));
+        let [next, mu, ..] = fields;
+        borders::refresh(exec, grid, next);
+        borders::refresh(exec, grid, mu);
     }
 
     fn compute(&self, task: RunTask<'_, T, 5>) {

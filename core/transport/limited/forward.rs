@@ -6,6 +6,7 @@ use super::super::runs::{Sparse, each_run, long_rows};
 use super::limiter::{Numbers, inflow, inflow_across, opening};
 use super::{KEEP, KEPT, Substep};
 use crate::exec::{Exec, RunTask, for_runs};
+use crate::field::borders;
 use crate::field::rows::{self, part, part_mut};
 use crate::grid::halo;
 use crate::grid::stencil::Stencil;
@@ -82,9 +83,11 @@ impl<'a, T: Real> Stage<'a, T> {
 
     /// The stage in all rows: in `to`, with halos where it has room for them, and the sizes of its rows unless that is empty.
     fn run(&self, exec: &dyn Exec, to: &mut [T], sizes: &mut [T], scratch: &mut [T]) {
-        for_runs(exec, self.substep.grid.rows(), [to, sizes], scratch, |task| {
-            self.compute(task)
-        });
+        let grid = self.substep.grid;
+        let fields = [&mut *to, &mut *sizes];
+        for_runs(exec, grid.rows(), fields, scratch, |task| self.compute(task));
+        borders::refresh(exec, grid, to);
+        borders::refresh(exec, grid, sizes);
     }
 
     fn compute(&self, task: RunTask<'_, T, 2>) {

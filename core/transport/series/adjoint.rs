@@ -7,8 +7,8 @@ use super::super::terms::{Backward, Terms};
 use super::transposed::{Input, transposed};
 use super::{Series, previous};
 use crate::exec::{Exec, RunTask, for_runs};
-use crate::field::VectorMut;
 use crate::field::rows::{part, part_mut};
+use crate::field::{VectorMut, borders};
 use crate::grid::Side;
 use crate::grid::halo::{BEFORE, HALO, field_len};
 use crate::grid::stencil::Stencil;
@@ -88,10 +88,12 @@ fn take_back<T: Real>(
     [g0, g1, g2]: VectorMut<'_, T>,
     scratch: &mut [T],
 ) {
-    let rows = term.series.grid.rows();
-    for_runs(exec, rows, [next, g0, g1, g2], scratch, move |task| {
+    let grid = term.series.grid;
+    let fields = [&mut *next, g0, g1, g2];
+    for_runs(exec, grid.rows(), fields, scratch, move |task| {
         term.compute(task);
     });
+    borders::refresh(exec, grid, next);
 }
 
 /// Rows of a run to write.

@@ -7,6 +7,7 @@ use super::super::terms::Terms;
 use super::{MAX_TERMS, Series, VANISHED, previous};
 use crate::exec::{Exec, RunTask, for_runs};
 use crate::field::rows::{self, part, part_mut};
+use crate::field::{borders, sums};
 use crate::grid::halo::{self, BEFORE};
 use crate::grid::stencil::Stencil;
 use crate::real::Real;
@@ -91,9 +92,16 @@ fn add_term<T: Real>(
     };
     let to = &mut to[..halo::field_len(grid)];
     let sizes = &mut sizes[..grid.rows()];
-    let fields = [to, total, &mut *sizes];
+    let fields = [&mut *to, &mut *total, &mut *sizes];
     for_runs(exec, grid.rows(), fields, scratch, move |task| term.compute(task));
-    k == MAX_TERMS || !(rows::largest(sizes.iter().map(|size| size.to_f64())) >= series.cut)
+    borders::refresh(exec, grid, to);
+    borders::refresh(exec, grid, sizes);
+    let largest = sums::most(exec, grid, sizes.iter().map(|size| size.to_f64()));
+    let last = k == MAX_TERMS || !(largest >= series.cut);
+    if last {
+        borders::refresh(exec, grid, total);
+    }
+    last
 }
 
 /// A term and what it is made from.

@@ -2,6 +2,7 @@
 
 pub mod carry;
 pub mod cases;
+pub mod channels;
 pub mod control;
 pub mod cubic;
 pub mod effects;

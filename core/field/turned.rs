@@ -1,0 +1,283 @@
+//! The transforms of [`transform`](super::transform) in a box that ranks share: fields are turned from slabs of planes to bundles of columns
+//! along the last axis and back, so that every transform has its axis as a whole and gives the bits that it gives in one program.
+//!
+//! ```text
+//! slabs -> columns, along the last axis -> planes, along the others, the symbol, back -> columns, back along the last -> slabs
+//! ```
+//!
+//! Columns and planes are dealt out anew for that: where an axis is [long](super::long_axis), 32 of what is transformed together stay together.
+
+use super::borders;
+use super::transform::{Direction, along_columns, along_rows};
+use crate::exec::ranks::{Ranks, swap};
+use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::rows::{part, part_mut};
+use crate::grid::Grid;
+use crate::grid::spectrum::{COLUMNS, LONGEST, Spectrum};
+use crate::memory::Pool;
+use crate::real::Real;
+use core::ops::Range;
+
+/// The workspace of so many fields of cells; none in a box that is not shared.
+#[derive(Debug, Default)]
+pub struct Turned<'a, T> {
+    columns: &'a mut [T],
+    planes: &'a mut [T],
+    message: &'a mut [T],
+}
+
+/// How a box is dealt out.
+#[derive(Clone, Copy)]
+struct Deal {
+    grid: Grid,
+    whole: Grid,
+    rank: usize,
+    ranks: usize,
+}
+
+/// Which planes a rank has of a field.
+#[derive(Clone, Copy)]
+enum Held {
+    /// Its slab, with copies of its neighbours' planes.
+    Slabs,
+    /// Those that it transforms along all axes but the last.
+    Planes,
+}
+
+/// `total` cut into pieces of `unit`, of which a rank has about as many as another.
+fn cut(total: usize, unit: usize, rank: usize, ranks: usize) -> Range<usize> {
+    let pieces = total.div_ceil(unit.max(1));
+    let begin = |rank: usize| (pieces * rank / ranks.max(1) * unit).min(total);
+    begin(rank)..begin(rank + 1)
+}
+
+impl Deal {
+    fn new(grid: &Grid, rank: usize, ranks: usize) -> Self {
+        Self {
+            grid: *grid,
+            whole: grid.whole(),
+            rank,
+            ranks,
+        }
+    }
+
+    /// Values of a plane.
+    fn width(&self) -> usize {
+        self.whole.n.iter().take(self.whole.dims - 1).product()
+    }
+
+    /// The columns of a rank along the last axis.
+    fn columns(&self, rank: usize) -> Range<usize> {
+        let unit = if self.whole.planes() > LONGEST { COLUMNS } else { 1 };
+        cut(self.width(), unit, rank, self.ranks)
+    }
+
+    /// The planes of a rank while it transforms along the other axes.
+    fn planes(&self, rank: usize) -> Range<usize> {
+        let rows = self.whole.rows_per_plane();
+        let unit = if self.whole.n[0] > LONGEST {
+            (1..=COLUMNS)
+                .find(|planes| (planes * rows).is_multiple_of(COLUMNS))
+                .unwrap_or(COLUMNS)
+        } else {
+            1
+        };
+        cut(self.whole.planes(), unit, rank, self.ranks)
+    }
+
+    /// Whom to send to and from whom to receive, one after the other.
+    fn partners(&self) -> impl Iterator<Item = [usize; 2]> + use<> {
+        let Self { rank, ranks, .. } = *self;
+        (0..ranks).map(move |shift| [(rank + shift) % ranks, (rank + ranks - shift) % ranks])
+    }
+}
+
+impl<'a, T: Real> Turned<'a, T> {
+    /// Takes its workspace for `fields` fields of cells of `grid` from a pool.
+    pub fn carve(grid: &Grid, fields: usize, pool: &mut Pool<'a, T>) -> Self {
+        let Some(share) = grid.share() else {
+            return Self::default();
+        };
+        let deal = Deal::new(grid, share.rank, share.ranks);
+        let columns = (0..share.ranks).map(|rank| deal.columns(rank).len()).max();
+        let (columns, planes) = (columns.unwrap_or(0), deal.planes(share.rank).len());
+        let most = planes.max(grid.own_planes().len());
+        let own = deal.columns(share.rank).len();
+        pool.line("turned for transforms: columns, planes, a message", |pool| Self {
+            columns: pool.take("columns", fields * deal.whole.planes() * own),
+            planes: pool.take("planes", fields * planes * deal.width()),
+            message: pool.take("message", most * columns),
+        })
+    }
+
+    /// As [`multiply`](super::transform::multiply) for each of `fields`, on the threads of `work`, each with a chunk of `scratch`; the copies
+    /// of what other ranks have are right then.
+    pub fn multiply(
+        &mut self,
+        (exec, work): (&dyn Exec, &dyn Exec),
+        (grid, spectrum): (&Grid, &Spectrum<'_, T>),
+        fields: &mut [T],
+        scratch: &mut [T],
+        symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]) + Sync,
+    ) {
+        let ranks = exec.ranks();
+        let deal = Deal::new(grid, ranks.rank(), ranks.count());
+        let count = fields.len() / grid.cells().max(1);
+        let own = deal.columns(deal.rank).len();
+        let held = deal.planes(deal.rank);
+        let axes = &spectrum.axes;
+        let columns = part_mut(self.columns, 0..count * deal.whole.planes() * own);
+        let planes = part_mut(self.planes, 0..count * held.len() * deal.width());
+        let along_last = |direction, columns: &mut [T], scratch: &mut [T]| {
+            each(work, count, columns, scratch, |field, scratch| {
+                along_columns(&axes[grid.dims - 1], own, direction, field, scratch);
+            });
+        };
+        deal.to_columns(ranks, count, (Held::Slabs, fields), columns, self.message);
+        along_last(Direction::Analysis, columns, scratch);
+        deal.to_planes(ranks, count, columns, (Held::Planes, planes), self.message);
+        let first = held.start * grid.rows_per_plane();
+        each(work, count, planes, scratch, |field, scratch| {
+            if grid.dims > 2 {
+                along_columns(&axes[1], grid.n[0], Direction::Analysis, field, scratch);
+            }
+            along_rows(&axes[0], field, scratch, |row, span, old, new| {
+                symbol(first + row, span, old, new);
+            });
+            if grid.dims > 2 {
+                along_columns(&axes[1], grid.n[0], Direction::Synthesis, field, scratch);
+            }
+        });
+        deal.to_columns(ranks, count, (Held::Planes, planes), columns, self.message);
+        along_last(Direction::Synthesis, columns, scratch);
+        deal.to_planes(ranks, count, columns, (Held::Slabs, fields), self.message);
+        for field in fields.chunks_exact_mut(grid.cells().max(1)) {
+            borders::refresh(exec, grid, field);
+        }
+    }
+}
+
+/// Calls `transform` for each of `count` fields.
+fn each<T: Real>(
+    work: &dyn Exec,
+    count: usize,
+    fields: &mut [T],
+    scratch: &mut [T],
+    transform: impl Fn(&mut [T], &mut [T]) + Sync,
+) {
+    let buffers = RowBuffers::fields([fields]).with_scratch(scratch);
+    for_rows(work, count, buffers, |task| {
+        let [field] = task.fields;
+        transform(field, task.scratch);
+    });
+}
+
+/// Copies some columns of rows of `width` values to rows that have no others.
+fn gather<T: Real>(rows: &[T], width: usize, columns: Range<usize>, out: &mut [T]) {
+    for (row, out) in rows
+        .chunks_exact(width)
+        .zip(out.chunks_exact_mut(columns.len().max(1)))
+    {
+        out.copy_from_slice(part(row, columns.clone()));
+    }
+}
+
+/// The inverse of [`gather`].
+fn scatter<T: Real>(from: &[T], width: usize, columns: Range<usize>, rows: &mut [T]) {
+    for (row, from) in rows
+        .chunks_exact_mut(width)
+        .zip(from.chunks_exact(columns.len().max(1)))
+    {
+        part_mut(row, columns.clone()).copy_from_slice(from);
+    }
+}
+
+/// Elements of whole rows.
+fn of_rows(rows: Range<usize>, width: usize) -> Range<usize> {
+    rows.start * width..rows.end * width
+}
+
+impl Deal {
+    /// The planes of the whole box that a rank has of fields that are held so.
+    fn held(&self, held: Held, rank: usize) -> Range<usize> {
+        match held {
+            Held::Slabs => self.grid.planes_of(rank),
+            Held::Planes => self.planes(rank),
+        }
+    }
+
+    /// The length of such a field.
+    fn len(&self, held: Held) -> usize {
+        match held {
+            Held::Slabs => self.grid.cells(),
+            Held::Planes => self.planes(self.rank).len() * self.width(),
+        }
+    }
+
+    /// Where they lie in a field.
+    fn inside(&self, held: Held) -> Range<usize> {
+        let planes = match held {
+            Held::Slabs => self.grid.own_planes(),
+            Held::Planes => 0..self.planes(self.rank).len(),
+        };
+        of_rows(planes, self.width())
+    }
+
+    /// From planes to columns.
+    fn to_columns<T: Real>(
+        &self,
+        ranks: &dyn Ranks,
+        count: usize,
+        (held, fields): (Held, &[T]),
+        columns: &mut [T],
+        message: &mut [T],
+    ) {
+        let (mine, inside) = (self.columns(self.rank).len(), self.inside(held));
+        let [of_planes, of_columns] = [self.len(held), self.whole.planes() * mine];
+        for field in 0..count {
+            let begin = field * of_planes;
+            let planes = part(fields, begin + inside.start..begin + inside.end);
+            let columns = part_mut(columns, field * of_columns..(field + 1) * of_columns);
+            for [to, from] in self.partners() {
+                let theirs = self.columns(to);
+                let packed = part_mut(message, 0..self.held(held, self.rank).len() * theirs.len());
+                gather(planes, self.width(), theirs, packed);
+                let place = part_mut(columns, of_rows(self.held(held, from), mine));
+                if to == self.rank {
+                    place.copy_from_slice(packed);
+                } else {
+                    swap(ranks, Some(to), packed, Some(from), place);
+                }
+            }
+        }
+    }
+
+    /// The inverse of [`Self::to_columns`].
+    fn to_planes<T: Real>(
+        &self,
+        ranks: &dyn Ranks,
+        count: usize,
+        columns: &[T],
+        (held, fields): (Held, &mut [T]),
+        message: &mut [T],
+    ) {
+        let (mine, inside) = (self.columns(self.rank).len(), self.inside(held));
+        let [of_planes, of_columns] = [self.len(held), self.whole.planes() * mine];
+        for field in 0..count {
+            let begin = field * of_planes;
+            let planes = part_mut(fields, begin + inside.start..begin + inside.end);
+            let columns = part(columns, field * of_columns..(field + 1) * of_columns);
+            for [to, from] in self.partners() {
+                let theirs = self.columns(from);
+                let sent = part(columns, of_rows(self.held(held, to), mine));
+                let packed = part_mut(message, 0..self.held(held, self.rank).len() * theirs.len());
+                if to == self.rank {
+                    packed.copy_from_slice(sent);
+                } else {
+                    swap(ranks, Some(to), sent, Some(from), packed);
+                }
+                scatter(packed, self.width(), theirs, planes);
+            }
+        }
+    }
+}

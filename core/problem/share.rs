@@ -1,0 +1,84 @@
+//! What ranks that share a box cannot do.
+
+use super::{Feature, Problem};
+use crate::grid::Share;
+use crate::grid::part::THINNEST;
+use crate::words::Named;
+use core::fmt;
+
+/// Why ranks cannot share a problem.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ShareError {
+    /// The method cannot.
+    Method {
+        /// Its name.
+        method: &'static str,
+    },
+    /// Ranks know no such thing.
+    Feature {
+        /// What the problem asks for.
+        feature: Feature,
+    },
+    /// There are more ranks than the box has planes for.
+    Thin {
+        /// The ranks.
+        ranks: usize,
+        /// Planes along the last axis.
+        planes: usize,
+    },
+}
+
+impl fmt::Display for ShareError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Method { method } => write!(
+                f,
+                "the method {method} cannot be shared by ranks as it is; simulate can, and direct with nested = false, or take one rank and more threads"
+            ),
+            Self::Feature { feature } => write!(
+                f,
+                "ranks that share a box know no {} yet; leave it out, or take one rank and more threads",
+                feature.name()
+            ),
+            Self::Thin { ranks, planes } => write!(
+                f,
+                "{ranks} ranks share {planes} planes of cells; each needs at least {THINNEST}, so take {} ranks at most",
+                planes / THINNEST
+            ),
+        }
+    }
+}
+
+impl Problem<'_> {
+    /// Whether several ranks share the box.
+    #[must_use]
+    pub fn is_shared(&self) -> bool {
+        self.share.is_some_and(|share| share.ranks > 1)
+    }
+
+    /// Refuses what they cannot do.
+    ///
+    /// # Errors
+    /// [`ShareError`].
+    pub(super) fn check_share(&self) -> Result<(), ShareError> {
+        let Some(Share { ranks, .. }) = self.share.filter(|_| self.is_shared()) else {
+            return Ok(());
+        };
+        let planes = self.cells.last().copied().unwrap_or(1);
+        if planes / THINNEST < ranks {
+            return Err(ShareError::Thin { ranks, planes });
+        }
+        const UNSHARED: [Feature; 6] = [
+            Feature::Solids,
+            Feature::Open,
+            Feature::Templates,
+            Feature::Mask,
+            Feature::Regions,
+            Feature::Release,
+        ];
+        match UNSHARED.into_iter().find(|&feature| self.asks_for(feature)) {
+            Some(feature) => Err(ShareError::Feature { feature }),
+            None => Ok(()),
+        }
+    }
+}

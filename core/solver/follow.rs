@@ -1,0 +1,63 @@
+//! A solver that several ranks share: the first of them is asked, as a solver of one program is, and the others do what it does.
+
+use super::Solver;
+use super::shared::Verb;
+use crate::exec::ranks::tell;
+use crate::exec::{Exec, Ranks};
+use crate::grid::Space;
+use crate::observe::Silent;
+use crate::real::Real;
+
+impl<'m, T: Real, S: Space> Solver<'m, T, S> {
+    /// Lets `ranks` share the solve, each with the part of its problem's [`share`](crate::Problem::share); before anything is set. From now on
+    /// every `exec` has to be one of these ranks, [`Together`](crate::exec::Together). The first rank is asked, all others [follow](Self::follow) until they are
+    /// [dismissed](Self::dismiss).
+    pub fn share(&mut self, ranks: &'m dyn Ranks) {
+        if self.grid().is_part() {
+            self.shared.ranks = Some(ranks);
+        }
+    }
+
+    /// Whether other ranks have other parts of the box, so that what is stored here is not all of a field.
+    #[must_use]
+    pub fn is_shared(&self) -> bool {
+        self.grid().is_part()
+    }
+
+    /// Lets the other ranks go, which followed.
+    pub fn dismiss(&self) {
+        self.shared.ask(Verb::End, [0; 3]);
+    }
+
+    /// Does what the first rank is asked for, until that dismisses.
+    pub fn follow(&mut self, exec: &dyn Exec) {
+        while let Some(ranks) = self.shared.ranks {
+            let mut words = [0; 4];
+            tell(ranks, 0, &mut words);
+            let [verb, a, b, c] = words;
+            match Verb::ALL.get(verb) {
+                Some(Verb::Source) => self.take_source(&[], [0.0; 2]),
+                Some(Verb::Emitter) => self.take_emitter(a, &[]),
+                Some(Verb::Velocity) => self.take_velocity(a, &[]),
+                Some(Verb::Keyframe) => {
+                    let _ = self.take_keyframe(a, &[], 0.0);
+                }
+                // How these end the first rank says.
+                Some(Verb::Prepare) => {
+                    let _ = self.prepare(exec);
+                }
+                Some(Verb::Step) => {
+                    let _ = self.step(exec, &mut Silent);
+                }
+                Some(Verb::Finish) => {
+                    let _ = self.finish(exec);
+                }
+                Some(Verb::Read) => self.send_output(a, b, c),
+                Some(Verb::Target) => self.send_keyframe(a),
+                Some(Verb::Emission) => self.emission(exec, a, &mut []),
+                Some(Verb::Jet) => self.send_jet(a, b),
+                Some(Verb::End) | None => return,
+            }
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! The targets of keyframes, scaled to the mass that there is.
+
+use super::shared::Verb;
+use super::{InputError, Solver};
+use crate::grid::Space;
+use crate::real::Real;
+
+impl<T: Real, S: Space> Solver<'_, T, S> {
+    /// Sets the target of keyframe `index`, after the source and all emitters; the factor by which it was scaled to the mass of the smoke at
+    /// its step.
+    ///
+    /// # Errors
+    /// As [`Self::set_source`], or [`InputError::NoSource`] where there is no smoke yet at its step, [`InputError::NoEmitter`],
+    /// [`InputError::Index`].
+    pub fn set_keyframe(&mut self, index: usize, density: &[T]) -> Result<f64, InputError> {
+        let count = self.lists.steps.len();
+        if index >= count {
+            return Err(InputError::Index { given: index, count });
+        }
+        if !self.is_shared() {
+            self.check_smoke()?;
+        }
+        let mass = self.mass_of(density)?;
+        self.shared.ask(Verb::Keyframe, [index, 0, 0]);
+        self.take_keyframe(index, density, mass)
+    }
+
+    /// Takes the target of keyframe `index`, of a mass that the first rank knows.
+    pub(super) fn take_keyframe(
+        &mut self,
+        index: usize,
+        density: &[T],
+        mass: f64,
+    ) -> Result<f64, InputError> {
+        let grid = *self.grid();
+        let cells = grid.cells();
+        self.check_smoke()?;
+        let mass = self.shared.told(mass);
+        let step = self.lists.steps.get(index).map_or(0, |&step| step as usize);
+        let factor = if self.match_mass {
+            self.mass_at(step) / mass
+        } else {
+            1.0
+        };
+        if factor <= 0.0 {
+            return Err(InputError::NoSource);
+        }
+        let before = self.shared.mass(
+            &grid,
+            self.fields.get(index * cells..(index + 1) * cells).unwrap_or(&[]),
+        );
+        let target = &mut self.fields[index * cells..(index + 1) * cells];
+        self.missing = self.missing.saturating_sub(usize::from(before == 0.0));
+        self.finished = false;
+        self.shared.put((&grid, None), density, T::ONE, target);
+        target
+            .iter_mut()
+            .for_each(|target| *target = T::from_f64(target.to_f64() * factor));
+        self.clear_field(index);
+        Ok(factor)
+    }
+}

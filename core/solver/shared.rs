@@ -1,0 +1,197 @@
+//! What the ranks of a solve tell each other beside what the numerics exchange: what is to be done, and their parts of fields.
+//!
+//! Rank 0 is given whole fields and gives whole fields, in the layout of a file; every rank keeps its own planes of them. Before it does anything
+//! that takes them all it tells the others its verb.
+
+use super::layout::FileLayout;
+use crate::exec::ranks::{in_order, joined, swap, tell};
+use crate::exec::{Ranks, Serial, Together};
+use crate::field::borders;
+use crate::field::rows::{self, part, part_mut};
+use crate::grid::Grid;
+use crate::observe::{Event, Observer};
+use crate::real::Real;
+use core::ops::{ControlFlow, Range};
+
+/// What the first rank asks the others to do with it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Verb {
+    Source,
+    Emitter,
+    Velocity,
+    Keyframe,
+    Prepare,
+    Step,
+    Finish,
+    Read,
+    Target,
+    Emission,
+    Jet,
+    End,
+}
+
+impl Verb {
+    /// All of them, each at its number.
+    pub const ALL: [Self; 12] = [
+        Self::Source,
+        Self::Emitter,
+        Self::Velocity,
+        Self::Keyframe,
+        Self::Prepare,
+        Self::Step,
+        Self::Finish,
+        Self::Read,
+        Self::Target,
+        Self::Emission,
+        Self::Jet,
+        Self::End,
+    ];
+}
+
+/// The ranks of a solve, where it is shared, and room for this rank's part of a component of a field; the first one needs none.
+#[derive(Debug, Default)]
+pub(super) struct Shared<'m, T> {
+    pub ranks: Option<&'m dyn Ranks>,
+    pub piece: &'m mut [T],
+}
+
+/// Elements of a component in the layout of a file that a rank has: the faces of `axis`, or cells.
+fn piece_of(grid: &Grid, axis: Option<usize>, rank: usize) -> Range<usize> {
+    let (whole, last) = (grid.whole(), grid.dims - 1);
+    let layout = FileLayout::of(&whole, axis);
+    let plane: usize = (0..last).map(|axis| layout.extent(axis)).product();
+    let planes = grid.planes_of(rank);
+    planes.start * plane..planes.end * plane
+}
+
+/// Elements of the largest component of which a rank that follows sends its part.
+pub(super) fn piece_len(grid: &Grid) -> usize {
+    let Some(share) = grid.share().filter(|share| share.rank > 0) else {
+        return 0;
+    };
+    let components = (0..grid.dims).map(Some).chain([None]);
+    let lens = components.map(|axis| piece_of(grid, axis, share.rank).len());
+    lens.max().unwrap_or(0)
+}
+
+impl<T: Real> Shared<'_, T> {
+    /// Whether this is the rank that is asked, or there is no other.
+    pub fn is_first(&self) -> bool {
+        self.ranks.is_none_or(|ranks| ranks.rank() == 0)
+    }
+
+    /// Tells the others what is to be done.
+    pub fn ask(&self, verb: Verb, of: [usize; 3]) {
+        if let Some(ranks) = self.ranks.filter(|ranks| ranks.rank() == 0) {
+            tell(ranks, 0, &mut [verb as usize, of[0], of[1], of[2]]);
+        }
+    }
+
+    /// What the first rank says.
+    pub fn told(&self, value: f64) -> f64 {
+        let mut value = [value];
+        if let Some(ranks) = self.ranks {
+            tell(ranks, 0, &mut value);
+        }
+        value[0]
+    }
+
+    /// The largest of all ranks' values.
+    pub fn largest(&self, value: f64) -> f64 {
+        self.ranks
+            .map_or(value, |ranks| joined(ranks, value, |x, y| rows::largest([x, y])))
+    }
+
+    /// The sum over all cells of a field.
+    pub fn mass(&self, grid: &Grid, field: &[T]) -> f64 {
+        let own = grid.own_rows();
+        let own = part(field, own.start * grid.n[0]..own.end * grid.n[0]).iter();
+        let own = own.map(|x| x.to_f64());
+        let Some(ranks) = self.ranks else {
+            return own.sum();
+        };
+        let mut sum = [0.0];
+        in_order(ranks, &mut sum, |sum| {
+            sum[0] = match ranks.rank() {
+                0 => own.sum(),
+                _ => own.fold(sum[0], |sum, own| sum + own),
+            }
+        });
+        sum[0]
+    }
+
+    /// A field of one time level from what the first rank is given of it in the layout of a file, times `unit`: of the faces of `axis`, or of cells.
+    pub fn put(&mut self, (grid, axis): (&Grid, Option<usize>), given: &[T], unit: T, field: &mut [T]) {
+        let layout = FileLayout::of(grid, axis);
+        let Some(ranks) = self.ranks else {
+            return layout.write(given, unit, field);
+        };
+        let piece = |rank| piece_of(grid, axis, rank);
+        if ranks.rank() == 0 {
+            (1..ranks.count())
+                .for_each(|rank| swap(ranks, Some(rank), part(given, piece(rank)), None, &mut []));
+            layout.write(part(given, piece(0)), unit, field);
+        } else {
+            let own = part_mut(self.piece, 0..piece(ranks.rank()).len());
+            swap(ranks, None, &[], Some(0), own);
+            layout.write(own, unit, field);
+        }
+        borders::refresh(&Together::new(&Serial, ranks), grid, field);
+    }
+
+    /// Collects in `out` of the first rank what `own` writes of each rank's part, in the layout of a file; the others [send](Self::send) theirs.
+    pub fn collect(
+        &self,
+        (grid, axis): (&Grid, Option<usize>),
+        out: &mut [T],
+        own: impl FnOnce(&FileLayout<'_>, &mut [T]),
+    ) {
+        let layout = FileLayout::of(grid, axis);
+        let Some(ranks) = self.ranks else {
+            return own(&layout, out);
+        };
+        // Beyond the last planes stands what is on a wall.
+        out.fill(T::ZERO);
+        let piece = |rank| piece_of(grid, axis, rank);
+        own(&layout, part_mut(out, piece(0)));
+        for rank in 1..ranks.count() {
+            swap(ranks, None, &[], Some(rank), part_mut(out, piece(rank)));
+        }
+    }
+
+    /// Sends what `own` writes of this rank's part to the first rank, which collects it.
+    pub fn send(
+        &mut self,
+        (grid, axis): (&Grid, Option<usize>),
+        own: impl FnOnce(&FileLayout<'_>, &mut [T]),
+    ) {
+        if let Some(ranks) = self.ranks {
+            let out = part_mut(self.piece, 0..piece_of(grid, axis, ranks.rank()).len());
+            own(&FileLayout::of(grid, axis), out);
+            swap(ranks, Some(0), out, None, &mut []);
+        }
+    }
+}
+
+/// An observer whom the first rank asks for all.
+pub(super) struct Heard<'a> {
+    pub observer: &'a mut dyn Observer,
+    pub ranks: Option<&'a dyn Ranks>,
+}
+
+impl Observer for Heard<'_> {
+    fn on(&mut self, event: Event) -> ControlFlow<()> {
+        let Some(ranks) = self.ranks else {
+            return self.observer.on(event);
+        };
+        let mut stops = [usize::from(
+            ranks.rank() == 0 && self.observer.on(event).is_break(),
+        )];
+        tell(ranks, 0, &mut stops);
+        if stops == [0] {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
+        }
+    }
+}

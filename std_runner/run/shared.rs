@@ -1,0 +1,101 @@
+//! A scene that several programs share, the ranks: the first one draws, writes and shows as a program alone does, the others follow its solver.
+
+use super::job::Job;
+use super::messages::no_memory;
+use super::{Request, RunOptions};
+use crate::exit::{DONE, Failure};
+use crate::problem::Precision;
+use crate::region::{Region, touch};
+use crate::{plan, threads};
+use core::mem::MaybeUninit;
+use thurible_core::exec::{Ranks, Together};
+use thurible_core::grid::Share;
+use thurible_core::{D2, D3, Exec, Real, Space};
+
+/// Which of the ranks this program is.
+pub(crate) fn share_of(ranks: &dyn Ranks) -> Share {
+    Share {
+        rank: ranks.rank(),
+        ranks: ranks.count(),
+    }
+}
+
+/// Why ranks cannot share what is asked for, beyond what the core says.
+pub(crate) fn unshared(request: &Request) -> Option<Failure> {
+    let refused = |what: &str| {
+        let path = request.scene.document.path().display();
+        Failure::Input(format!(
+            "{path}: {what} cannot be shared by ranks yet; leave it out, or run `thurible` on one machine"
+        ))
+    };
+    let scene = &request.scene;
+    if scene.method.fluids.chosen {
+        return Some(refused("the solver stable_fluids"));
+    }
+    if scene.method.windows.is_some() {
+        return Some(refused("`method.window`"));
+    }
+    if request.from.is_some() {
+        return Some(refused("a flow --from a result"));
+    }
+    let keeps = request.checkpoint.is_asked_for();
+    keeps.then(|| refused("a solve with --checkpoint"))
+}
+
+impl RunOptions {
+    /// Whether this program follows another one.
+    pub(crate) fn follows(&self) -> bool {
+        self.ranks.is_some_and(|ranks| ranks.rank() > 0)
+    }
+
+    /// Follows the first rank, which solves the scene of `request`; the answer is the exit code.
+    ///
+    /// # Errors
+    /// What that one refuses too, or that there is no memory here.
+    pub(crate) fn follow(&self, request: Request) -> Result<u8, Failure> {
+        if let Some(failure) = unshared(&request) {
+            return Err(failure);
+        }
+        let planned = plan::choose(&request.scene, &self.plan)?;
+        let threads = planned.params.threads;
+        let (job, region) = Job::new(*self, request, planned)?;
+        threads::with(threads, || job.follow(region))??;
+        Ok(DONE)
+    }
+}
+
+impl Job {
+    /// Calls `work` with the threads of `exec` as those of a rank, where there are several.
+    pub(super) fn among_ranks<R>(&self, exec: &dyn Exec, work: impl FnOnce(&dyn Exec) -> R) -> R {
+        match self.options.ranks {
+            Some(ranks) => work(&Together::new(exec, ranks)),
+            None => work(exec),
+        }
+    }
+
+    /// Follows in `region` until the first rank is done.
+    fn follow(&self, mut region: Region) -> Result<(), Failure> {
+        let bytes = self.planned.plan.bytes();
+        let block = region.carve(bytes).ok_or_else(|| no_memory(bytes))?;
+        touch(block);
+        threads::together(self.planned.params.threads, |exec| {
+            self.among_ranks(exec, |exec| {
+                match (self.planned.problem.cells.len(), self.planned.precision) {
+                    (2, Precision::F32) => self.follow_by::<f32, D2>(exec, block),
+                    (2, Precision::F64) => self.follow_by::<f64, D2>(exec, block),
+                    (_, Precision::F32) => self.follow_by::<f32, D3>(exec, block),
+                    (_, Precision::F64) => self.follow_by::<f64, D3>(exec, block),
+                }
+            })
+        })
+    }
+
+    fn follow_by<T: Real, S: Space>(
+        &self,
+        exec: &dyn Exec,
+        block: &mut [MaybeUninit<u8>],
+    ) -> Result<(), Failure> {
+        self.solver::<T, S>(block)?.follow(exec);
+        Ok(())
+    }
+}

@@ -1,0 +1,431 @@
+//! Ranks that share a box, each with a slab of it: the bits of one program, whatever their number.
+
+use crate::fields::Memory;
+use crate::fields::channels::{Channels, with_ranks};
+use core::sync::atomic::Ordering;
+use thurible_core::exec::ranks::{in_order, joined, swap, tell};
+use thurible_core::exec::{Ranks, Together};
+use thurible_core::field::borders::refresh;
+use thurible_core::grid::{Grid, Share};
+use thurible_core::{
+    Advection, Boundary, D2, D3, Emitter, Exec, Method, Params, Plan, PlanError, Problem, ProblemError, Real,
+    Scheme, Serial, ShareError, Silent, Solver, Space, Status, Supply,
+};
+
+const W: Boundary = Boundary::Wall;
+const P: Boundary = Boundary::Periodic;
+
+/// A box whose flow is simulated, or steered by the direct method.
+#[derive(Clone, Copy, Debug)]
+struct Case {
+    steered: bool,
+    cells: &'static [usize],
+    ends: &'static [Boundary],
+    scheme: Scheme,
+    steps: usize,
+}
+
+const EMITTERS: [Emitter; 2] = [
+    Emitter {
+        from: 0,
+        to: 3,
+        supply: Supply::Rate(0.3),
+        velocity: Some([0.02, 0.03, -0.01]),
+    },
+    Emitter {
+        from: 1,
+        to: 2,
+        supply: Supply::Target(0.7),
+        velocity: None,
+    },
+];
+
+impl Case {
+    fn problem(&self, share: Option<Share>) -> Problem<'_> {
+        let keyframes: &[usize] = if self.steered { &[2, 4] } else { &[] };
+        Problem {
+            steps: self.steps,
+            // What is filled up to a target has no mass that a keyframe could take.
+            emitters: if self.steered { &EMITTERS[..1] } else { &EMITTERS },
+            keyframe_weights: if self.steered { &[0.5] } else { &[] },
+            schedule: if self.steered { &[(0, 2.0), (3, 1.0)] } else { &[] },
+            buoyancy: [1e-3, 4e-3, 2e-3],
+            viscosity: 1e-4,
+            advection: Advection {
+                scheme: self.scheme,
+                ..Advection::default()
+            },
+            share,
+            ..Problem::new(self.cells, self.ends, keyframes)
+        }
+    }
+
+    fn params(&self) -> Params {
+        let mut params = simulate();
+        if self.steered {
+            (params.method, params.iterations) = (Method::Direct, 4);
+            params.direct.nested = false;
+        }
+        params
+    }
+
+    /// A blob of smoke around a place, in parts of the box.
+    fn blob<T: Real>(&self, around: [f64; 3]) -> Vec<T> {
+        let [nx, ny] = [0, 1].map(|axis| self.cells[axis]);
+        let density = |cell: usize| {
+            let at = [cell % nx, cell / nx % ny, cell / (nx * ny)];
+            let far = (0..self.cells.len()).map(|axis| {
+                let x = (at[axis] as f64 + 0.5) / self.cells[axis] as f64 - around[axis];
+                x * x
+            });
+            let near: f64 = 1.0 - 9.0 * far.sum::<f64>();
+            T::from_f64(near.max(0.0))
+        };
+        (0..self.cells.iter().product()).map(density).collect()
+    }
+
+    fn set<T: Real, S: Space>(&self, solver: &mut Solver<'_, T, S>) {
+        solver.set_source(&self.blob([0.4, 0.45, 0.5])).unwrap();
+        solver.set_emitter(0, &self.blob([0.6, 0.3, 0.4])).unwrap();
+        if !self.steered {
+            solver.set_emitter(1, &self.blob([0.3, 0.7, 0.6])).unwrap();
+        }
+        for axis in 0..S::DIM {
+            let wave = |face: usize| T::from_f64(0.02 * (0.37 * (face + 5 * axis) as f64).sin());
+            let faces: Vec<T> = (0..solver.faces(axis)).map(wave).collect();
+            solver.set_initial_velocity(axis, &faces).unwrap();
+        }
+    }
+
+    /// Everything that the first rank can read, bit by bit; nothing of the others.
+    fn bits<T: Real, S: Space>(&self, exec: &dyn Exec, ranks: Option<&Channels>) -> Vec<u64> {
+        let share = ranks.map(|ranks| Share {
+            rank: ranks.rank(),
+            ranks: ranks.count(),
+        });
+        let (problem, params) = (self.problem(share), self.params());
+        let plan = Plan::new::<T, S>(&problem, &params).unwrap();
+        let mut memory = Memory::new(plan.bytes());
+        let mut solver = Solver::<T, S>::new(&problem, &params, memory.block()).unwrap();
+        let Some(ranks) = ranks else {
+            return self.solved(&mut solver, exec);
+        };
+        solver.share(ranks);
+        let exec = &Together::new(exec, ranks);
+        if ranks.rank() > 0 {
+            solver.follow(exec);
+            return Vec::new();
+        }
+        let bits = self.solved(&mut solver, exec);
+        solver.dismiss();
+        bits
+    }
+
+    fn solved<T: Real, S: Space>(&self, solver: &mut Solver<'_, T, S>, exec: &dyn Exec) -> Vec<u64> {
+        self.set(solver);
+        let mut bits = Vec::new();
+        for index in 0..if self.steered { 2 } else { 0 } {
+            let factor = solver.set_keyframe(index, &self.blob([0.6, 0.6, 0.4]));
+            bits.push(factor.unwrap().to_bits());
+        }
+        bits.push(solver.prepare(exec).unwrap().to_bits());
+        let status = solver.solve(exec, &mut Silent, &mut |progress| {
+            bits.push(progress.objective.total().to_bits());
+        });
+        let ended = if self.steered {
+            Status::MaxIterations
+        } else {
+            Status::Converged
+        };
+        assert_eq!(status, ended, "{self:?}");
+        let objective = solver.objective();
+        bits.extend([objective.data, objective.force, objective.plain].map(f64::to_bits));
+        let mut add = |values: &[T]| bits.extend(values.iter().map(|x| x.to_f64().to_bits()));
+        for output in solver.outputs() {
+            for step in 0..output.count(self.steps) {
+                for axis in 0..output.components(S::DIM) {
+                    let mut out = vec![T::from_f64(7.0); solver.elements(output, axis)];
+                    solver.read(output, step, axis, &mut out);
+                    add(&out);
+                }
+            }
+        }
+        if self.steered {
+            let mut out = vec![T::from_f64(7.0); solver.cells()];
+            solver.read_keyframe(1, &mut out);
+            add(&out);
+        }
+        for step in 0..self.steps {
+            let mut out = vec![T::from_f64(7.0); solver.cells()];
+            solver.emission(exec, step, &mut out);
+            add(&out);
+        }
+        for axis in 0..S::DIM {
+            let mut out = vec![T::from_f64(7.0); solver.faces(axis)];
+            solver.jet(1, axis, &mut out);
+            add(&out);
+        }
+        bits
+    }
+
+    fn ranks_agree<T: Real, S: Space>(&self, counts: &[usize]) {
+        let alone = self.bits::<T, S>(&Serial, None);
+        assert!(alone.iter().any(|&bits| bits != 0), "{self:?} does nothing");
+        for &count in counts {
+            let shared = with_ranks(count, |ranks| self.bits::<T, S>(&Serial, Some(ranks)));
+            let different = alone
+                .iter()
+                .zip(&shared[0])
+                .filter(|(one, other)| one != other)
+                .count();
+            assert_eq!(
+                (shared[0].len(), different),
+                (alone.len(), 0),
+                "{count} ranks in {} on {self:?}",
+                T::NAME
+            );
+        }
+    }
+}
+
+fn simulate() -> Params {
+    Params {
+        method: Method::Simulate,
+        ..Params::default()
+    }
+}
+
+const QUICK_2D: Case = Case {
+    steered: false,
+    cells: &[14, 13],
+    ends: &[P, W],
+    scheme: Scheme::Quick,
+    steps: 4,
+};
+const LIMITED_3D: Case = Case {
+    steered: false,
+    cells: &[9, 7, 8],
+    ends: &[W, P, W],
+    scheme: Scheme::Limited,
+    steps: 3,
+};
+
+#[test]
+fn planes_and_walls() {
+    QUICK_2D.ranks_agree::<f64, D2>(&[2, 3, 6]);
+    LIMITED_3D.ranks_agree::<f32, D3>(&[2, 3, 4]);
+}
+
+/// The search by the direct method on one grid: values, gradients, pairs, and the result.
+#[test]
+fn steered() {
+    let plane = Case {
+        steered: true,
+        ..QUICK_2D
+    };
+    plane.ranks_agree::<f64, D2>(&[2, 3]);
+    let limited = Case {
+        scheme: Scheme::Limited,
+        ends: &[W, P],
+        ..plane
+    };
+    limited.ranks_agree::<f32, D2>(&[2, 3]);
+    let space = Case {
+        steered: true,
+        steps: 4,
+        ..LIMITED_3D
+    };
+    space.ranks_agree::<f32, D3>(&[2, 4]);
+    let quick = Case {
+        scheme: Scheme::Quick,
+        ends: &[W, W, P],
+        ..space
+    };
+    quick.ranks_agree::<f64, D3>(&[3]);
+}
+
+#[test]
+fn rings() {
+    let limited = Case {
+        ends: &[W, P],
+        scheme: Scheme::Limited,
+        ..QUICK_2D
+    };
+    limited.ranks_agree::<f32, D2>(&[2, 3]);
+    let quick = Case {
+        ends: &[P, W, P],
+        scheme: Scheme::Quick,
+        ..LIMITED_3D
+    };
+    quick.ranks_agree::<f64, D3>(&[2, 3]);
+}
+
+#[test]
+fn other_schemes() {
+    for (scheme, ends) in [
+        (Scheme::Central, &[W, W]),
+        (Scheme::SemiLagrangian, &[W, W]),
+        (Scheme::SemiLagrangian, &[P, P]),
+    ] {
+        Case {
+            scheme,
+            ends,
+            ..QUICK_2D
+        }
+        .ranks_agree::<f64, D2>(&[2, 3]);
+    }
+}
+
+/// Axes with a fast transform, whose columns and rows are transformed together.
+#[test]
+fn long_axes() {
+    let tall = Case {
+        cells: &[5, 300],
+        ends: &[W, W],
+        steps: 3,
+        ..QUICK_2D
+    };
+    tall.ranks_agree::<f64, D2>(&[2, 3]);
+    let wide = Case {
+        cells: &[270, 9],
+        ends: &[P, W],
+        steps: 3,
+        ..QUICK_2D
+    };
+    wide.ranks_agree::<f32, D2>(&[2, 4]);
+    let deep = Case {
+        cells: &[270, 5, 6],
+        steps: 3,
+        ..LIMITED_3D
+    };
+    deep.ranks_agree::<f32, D3>(&[3]);
+}
+
+/// Each rank holds its slab alone, and the plan says it to the byte.
+#[test]
+fn a_rank_plans_what_it_holds() {
+    let case = Case {
+        cells: &[16, 16, 64],
+        ..LIMITED_3D
+    };
+    let bytes = |share| {
+        Plan::new::<f32, D3>(&case.problem(share), &simulate())
+            .unwrap()
+            .bytes()
+    };
+    let alone = bytes(None);
+    for ranks in [2, 4, 8] {
+        for rank in 0..ranks {
+            let share = Share { rank, ranks };
+            let own = bytes(Some(share));
+            // What does not shrink: copies of four planes, the tables of the axes.
+            let planes = 64 / ranks + 4;
+            let most = alone * planes / 64 + (200 << 10);
+            assert!(own <= most, "rank {rank} of {ranks}: {own} bytes, {alone} alone");
+            let problem = case.problem(Some(share));
+            let mut memory = Memory::new(own - 1);
+            assert!(Solver::<f32, D3>::new(&problem, &simulate(), memory.block()).is_err());
+        }
+    }
+}
+
+#[test]
+fn what_ranks_cannot_share_is_refused() {
+    let share = Some(Share { rank: 0, ranks: 4 });
+    let refused = |problem: &Problem<'_>, params: Params| Plan::new::<f32, D2>(problem, &params).unwrap_err();
+    let thin = Case {
+        cells: &[16, 7],
+        ..QUICK_2D
+    };
+    assert_eq!(
+        refused(&thin.problem(share), simulate()),
+        PlanError::Problem(ProblemError::Share(ShareError::Thin { ranks: 4, planes: 7 }))
+    );
+    let limited = Case {
+        scheme: Scheme::Limited,
+        ..QUICK_2D
+    };
+    let solids = Problem {
+        solids: true,
+        ..limited.problem(share)
+    };
+    let error = refused(&solids, simulate()).to_string();
+    assert!(error.contains("solid cells"), "{error}");
+    let direct = Params {
+        method: Method::Direct,
+        ..simulate()
+    };
+    let keyframe = Problem {
+        keyframes: &[2],
+        emitters: &[],
+        ..QUICK_2D.problem(share)
+    };
+    let error = refused(&keyframe, direct).to_string();
+    assert!(error.contains("direct cannot be shared by ranks"), "{error}");
+}
+
+#[test]
+fn ranks_hear_each_other() {
+    for count in 1..=5 {
+        let found = with_ranks(count, |ranks| {
+            let own = ranks.rank() as f64;
+            let mut told = [own; 3];
+            tell(ranks, count / 2, &mut told);
+            let mut sum = [0.1];
+            in_order(ranks, &mut sum, |sum| sum[0] = 3.0 * sum[0] + own);
+            let most = joined(ranks, own, f64::max);
+            let mut other = [0u32];
+            let next = (ranks.rank() + 1) % count;
+            let before = (ranks.rank() + count - 1) % count;
+            if count > 1 {
+                swap(
+                    ranks,
+                    Some(next),
+                    &[ranks.rank() as u32],
+                    Some(before),
+                    &mut other,
+                );
+                assert_eq!(other, [before as u32]);
+            }
+            (told, sum[0], most)
+        });
+        let sum = (0..count).fold(0.1, |sum, rank| 3.0 * sum + rank as f64);
+        for found in found {
+            assert_eq!(found, ([(count / 2) as f64; 3], sum, count as f64 - 1.0));
+        }
+    }
+}
+
+/// Every copy is what its owner has, on a ring too.
+#[test]
+fn copies_are_refreshed() {
+    for ends in [W, P] {
+        for count in 2..=4 {
+            let messages = with_ranks(count, |ranks| {
+                let share = Share {
+                    rank: ranks.rank(),
+                    ranks: count,
+                };
+                let whole = Grid::new(&[3, 9], &[W, ends]);
+                let grid = whole.shared(Some(share));
+                let first = grid.first_plane(1);
+                let value =
+                    |row: usize, x: usize| (first + row as isize).rem_euclid(9) as f64 + 0.1 * x as f64;
+                let mut field = vec![-1.0; grid.cells()];
+                for row in grid.own_rows() {
+                    (0..3).for_each(|x| field[3 * row + x] = value(row, x));
+                }
+                refresh(&Together::new(&Serial, ranks), &grid, &mut field);
+                for row in 0..grid.rows() {
+                    (0..3).for_each(|x| assert_eq!(field[3 * row + x], value(row, x), "row {row}"));
+                }
+                ranks.sent.each_ref().map(|sent| sent.load(Ordering::Relaxed))
+            });
+            let neighbours = if ends == P { 2 * count } else { 2 * (count - 1) };
+            let [sent, bytes] = messages
+                .iter()
+                .fold([0; 2], |sum, own| [sum[0] + own[0], sum[1] + own[1]]);
+            assert_eq!([sent, bytes], [neighbours, neighbours * 2 * 3 * 8]);
+        }
+    }
+}
