@@ -17,7 +17,7 @@ pub(crate) use every::{Every, parse};
 pub(crate) use inputs::inputs_of;
 pub(crate) use keeper::{Begin, Inputs, Keeper};
 pub(crate) use needs::Needs;
-pub(crate) use open::{Found, damaged, is_there, make_way, open, read, refuse_states};
+pub(crate) use open::{Found, damaged, is_there, open, read, refuse_states};
 pub(crate) use sealed::{Sealed, Unsealed};
 pub(crate) use solve::{Earlier, Options, Solve};
 pub(crate) use words::Words;

@@ -7,7 +7,7 @@ use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
 
 use super::pixels::{Pixels, Samples};
-use super::room::{MEMORY, check};
+use super::room::{check, most};
 use crate::keyframes::error::Fault;
 
 /// Floating point, among the values of the tag `SampleFormat`.
@@ -19,8 +19,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Option<Pixels>, Fault> {
         return Ok(None);
     };
     let mut limits = Limits::default();
-    limits.decoding_buffer_size = MEMORY;
-    limits.intermediate_buffer_size = MEMORY;
+    limits.decoding_buffer_size = most(bytes.len());
+    limits.intermediate_buffer_size = most(bytes.len());
     let mut decoder = decoder.with_limits(limits);
     let Ok(ColorType::Gray(bits)) = decoder.colortype() else {
         return Ok(None);
@@ -33,7 +33,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<Option<Pixels>, Fault> {
     let broken = |error| Fault::content(format!("cannot be read as TIFF ({error})"), "save it as PNG");
     let (width, height) = decoder.dimensions().map_err(broken)?;
     let (width, height) = (width as usize, height as usize);
-    check(width, height, 16)?;
+    // Each number as it is read, and as it is kept.
+    let size = usize::from(bits) / 8 + size_of::<f32>();
+    check(
+        width,
+        height,
+        size.saturating_mul(width).saturating_mul(height),
+        bytes.len(),
+    )?;
     let samples = match decoder.read_image().map_err(broken)? {
         DecodingResult::F16(all) => all.into_iter().map(f32::from).collect(),
         DecodingResult::F32(all) => all,

@@ -7,22 +7,20 @@ use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Group, ImageHrefResolver, Node, Options, Tree};
 
 use super::pixels::{Pixels, Samples};
-use super::room::check;
+use super::room::{check, most};
+use crate::bytes::grouped;
 use crate::keyframes::error::Fault;
-
-/// A drawing is no longer than this once it is unpacked.
-const LONGEST: u64 = 64 << 20;
 
 /// The drawing within a file of gzip, as `.svgz` are.
 pub(super) fn unpacked(bytes: &[u8]) -> Result<Vec<u8>, Fault> {
     let remedy = "save it as plain SVG";
-    let mut drawing = Vec::new();
+    let (mut drawing, most) = (Vec::new(), most(bytes.len()));
     let taken = MultiGzDecoder::new(bytes)
-        .take(LONGEST + 1)
+        .take(most as u64 + 1)
         .read_to_end(&mut drawing)
         .map_err(|error| Fault::content(format!("cannot be unpacked ({error})"), remedy))?;
-    if taken as u64 > LONGEST {
-        let found = format!("is longer than {} MiB once it is unpacked", LONGEST >> 20);
+    if taken > most {
+        let found = format!("has more than {} bytes once it is unpacked", grouped(most));
         return Err(Fault::content(found, remedy));
     }
     Ok(drawing)
