@@ -133,9 +133,9 @@ impl<'a, T: Real> Turned<'a, T> {
                 along_columns(&axes[grid.dims - 1], own, direction, field, scratch);
             });
         };
-        deal.to_columns(ranks, count, (Held::Slabs, fields), columns, self.message);
+        deal.turn_to_columns(ranks, count, (Held::Slabs, fields), columns, self.message);
         along_last(Direction::Analysis, columns, scratch);
-        deal.to_planes(ranks, count, columns, (Held::Planes, planes), self.message);
+        deal.turn_to_planes(ranks, count, columns, (Held::Planes, planes), self.message);
         let first = held.start * grid.rows_per_plane();
         each(work, count, planes, scratch, |field, scratch| {
             if grid.dims > 2 {
@@ -148,9 +148,9 @@ impl<'a, T: Real> Turned<'a, T> {
                 along_columns(&axes[1], grid.n[0], Direction::Synthesis, field, scratch);
             }
         });
-        deal.to_columns(ranks, count, (Held::Planes, planes), columns, self.message);
+        deal.turn_to_columns(ranks, count, (Held::Planes, planes), columns, self.message);
         along_last(Direction::Synthesis, columns, scratch);
-        deal.to_planes(ranks, count, columns, (Held::Slabs, fields), self.message);
+        deal.turn_to_planes(ranks, count, columns, (Held::Slabs, fields), self.message);
         for field in fields.chunks_exact_mut(grid.cells().max(1)) {
             borders::refresh(exec, grid, field);
         }
@@ -224,7 +224,7 @@ impl Deal {
     }
 
     /// From planes to columns.
-    fn to_columns<T: Real>(
+    fn turn_to_columns<T: Real>(
         &self,
         ranks: &dyn Ranks,
         count: usize,
@@ -252,8 +252,8 @@ impl Deal {
         }
     }
 
-    /// The inverse of [`Self::to_columns`].
-    fn to_planes<T: Real>(
+    /// The inverse of [`Self::turn_to_columns`].
+    fn turn_to_planes<T: Real>(
         &self,
         ranks: &dyn Ranks,
         count: usize,

@@ -1,7 +1,7 @@
 //! NumPy's arrays as numbers, checked: their kind, their shape and what transport has undershot.
 
-use crate::inputs::Common;
 use crate::place::Number;
+use crate::plan::Precision;
 use crate::words::refused;
 use numpy::{Element, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyMemoryError, PyTypeError, PyUserWarning};
@@ -9,6 +9,16 @@ use pyo3::prelude::*;
 use std::borrow::Cow;
 use std::ffi::CString;
 use thurible::undershoot::{Undershoot, clip};
+
+/// What all arrays have in common.
+pub struct Common {
+    /// Their shape.
+    pub shape: Vec<usize>,
+    /// Their precision.
+    pub precision: Precision,
+    /// Where that was found: words for the source, or for the emitter that is first where there is no source.
+    pub of: String,
+}
 
 /// An array of any kind of numbers, but for a masked one.
 pub(crate) fn untyped<'a, 'py>(

@@ -1,6 +1,6 @@
 //! NumPy's arrays as densities and velocities, checked and handed to the solver.
 
-use crate::arrays::{array, density, flags, numbers, untyped};
+use crate::arrays::{Common, array, density, flags, numbers, untyped};
 use crate::effects::{Given, by_step};
 use crate::place::Number;
 use crate::plan::Precision;
@@ -27,16 +27,6 @@ pub struct Inputs<'py> {
     pub velocity: Option<Bound<'py, PyAny>>,
     /// The flow that the method of guidance follows.
     pub reference: Option<Bound<'py, PyAny>>,
-}
-
-/// What all arrays have in common.
-pub struct Common {
-    /// Their shape.
-    pub shape: Vec<usize>,
-    /// Their precision.
-    pub precision: Precision,
-    /// Where that was found: words for the source, or for the emitter that is first where there is no source.
-    pub of: String,
 }
 
 /// Shape and precision of the source, or of the first emitter where that is None.

@@ -12,7 +12,6 @@ pub mod condensed;
 pub mod condensing;
 pub mod covectors;
 pub mod effects;
-pub mod given;
 pub mod inputs;
 pub mod iterated;
 pub mod iteration;
@@ -45,8 +44,6 @@ mod _thurible {
     #[pymodule_export]
     use crate::condensing::PyCondenser;
     #[pymodule_export]
-    use crate::given::Given;
-    #[pymodule_export]
     use crate::iteration::Iteration;
     #[pymodule_export]
     use crate::operator::PyOperator;
@@ -55,7 +52,7 @@ mod _thurible {
     #[pymodule_export]
     use crate::reconstructed::Tomography;
     #[pymodule_export]
-    use crate::solution::Solution;
+    use crate::solution::{Given, Solution};
     #[pymodule_export]
     use crate::solve::solve;
     #[pymodule_export]

@@ -1,8 +1,7 @@
 //! Runs of an operator: NumPy's arrays in, the trajectory and its gradient out.
 
-use crate::arrays::{array, numbers};
+use crate::arrays::{Common, array, numbers};
 use crate::covectors::{Covectors, Fields};
-use crate::inputs::Common;
 use crate::place::Number;
 use crate::plan::Precision;
 use crate::watch::interruptible;

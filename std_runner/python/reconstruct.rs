@@ -1,9 +1,8 @@
 //! Pictures that are being made a density, in a block of their own.
 
-use crate::arrays::{array, numbers, untyped};
+use crate::arrays::{Common, array, numbers, untyped};
 use crate::block::Block;
 use crate::cameras::camera;
-use crate::inputs::Common;
 use crate::place::Number;
 use crate::plan::Precision;
 use crate::reconstructed::{Tomography, said};

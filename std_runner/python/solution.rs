@@ -1,7 +1,6 @@
 //! What was found, in memory that NumPy's arrays borrow.
 
 use crate::block::Block;
-use crate::given::Given;
 use crate::iteration::Iteration;
 use crate::place::{Component, Field, Number, Place};
 use crate::plan::Precision;
@@ -222,6 +221,60 @@ impl Solution {
     }
 }
 
+/// Something that the method gives: a field for each of many steps.
+#[pyclass(frozen, module = "thurible_smoke", name = "Output")]
+pub struct Given {
+    solution: Py<Solution>,
+    index: usize,
+}
+
+impl Given {
+    /// What it is, or nothing of a solution that has fewer: those of an output are never fewer.
+    fn field(&self) -> Option<&Field> {
+        self.solution.get().fields.get(self.index)
+    }
+}
+
+#[pymethods]
+impl Given {
+    /// Its name.
+    #[getter]
+    fn name(&self) -> &'static str {
+        self.field().map_or("", |field| field.output.name)
+    }
+
+    /// What it is, in a few words.
+    #[getter]
+    fn words(&self) -> &'static str {
+        self.field().map_or("", |field| field.output.words)
+    }
+
+    /// "cells", or "faces" for a component along each axis, on the faces across it.
+    #[getter]
+    fn place(&self) -> &'static str {
+        self.field().map_or("", |field| field.output.place.name())
+    }
+
+    /// In what it is measured: "density", "velocity" or "force".
+    #[getter]
+    fn unit(&self) -> &'static str {
+        self.field().map_or("", |field| field.output.unit.name())
+    }
+
+    /// An array for each component as result.npz has it: the solver's own memory where it lies so, else made when first asked for.
+    #[getter]
+    fn arrays<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        filed(
+            self.solution.bind(py),
+            self.field().map_or(&[], |field| &field.components),
+        )
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<thurible_smoke.Output: {}, {}>", self.name(), self.words())
+    }
+}
+
 /// An array over `block`, which the solution owns.
 fn view<'py, T: Number>(this: &Bound<'py, Solution>, block: &Block, place: &Place) -> Bound<'py, PyAny> {
     place.array::<T>(block, this.as_any()).into_any()
@@ -247,10 +300,7 @@ fn in_order<'py, T: Number>(this: &Bound<'py, Solution>, component: &Component) 
     Some(view::<T>(this, block, place))
 }
 
-pub(crate) fn filed<'py>(
-    this: &Bound<'py, Solution>,
-    components: &[Component],
-) -> PyResult<Bound<'py, PyTuple>> {
+fn filed<'py>(this: &Bound<'py, Solution>, components: &[Component]) -> PyResult<Bound<'py, PyTuple>> {
     let precision = this.get().precision;
     let arrays: Option<Vec<_>> = components
         .iter()

@@ -1,9 +1,10 @@
 //! `solve`: from arguments to a [`Solution`].
 
+use crate::arrays::Common;
 use crate::block::Block;
 use crate::choices::Choices;
 use crate::effects;
-use crate::inputs::{self, Common, Inputs};
+use crate::inputs::{self, Inputs};
 use crate::iterated::Kept;
 use crate::keep::{self, States};
 use crate::place::{self, Number, Place, fields};

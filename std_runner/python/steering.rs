@@ -1,10 +1,10 @@
 //! `stable_fluids`: a search by Stable Fluids.
 
-use crate::arrays::{array, density, numbers};
+use crate::arrays::{Common, array, density, numbers};
 use crate::block::Block;
 use crate::choices::{Choices, set_options};
 use crate::effects;
-use crate::inputs::{self, Common, components, unusable};
+use crate::inputs::{self, components, unusable};
 use crate::iterated::Kept;
 use crate::keep::{self, States};
 use crate::place::Number;

@@ -1,8 +1,8 @@
 //! Frames that are tracked, in a block and on threads of its own.
 
-use crate::arrays::{array, numbers};
+use crate::arrays::{Common, array, numbers};
 use crate::block::Block;
-use crate::inputs::{Common, unusable};
+use crate::inputs::unusable;
 use crate::place::Number;
 use crate::plan::Precision;
 use crate::tracked::{Track, said};
