@@ -20,7 +20,7 @@ pub fn all(place: &Place, count: u64, random: &mut Random) {
         for number in (index..count).step_by(CASES.len()) {
             let folder = place.fresh(case);
             copy(&kept, &folder.join("out.checkpoint"));
-            let both = number / cases % 2 == 0;
+            let both = (number / cases).is_multiple_of(2);
             let one = random.below(2);
             let damaged = if both { &STATES[..] } else { &STATES[one..=one] };
             for state in damaged {

@@ -230,7 +230,7 @@ fn states_of_another_search_are_refused() {
     refuses("force_weight", &|scene| scene.force_weight = 99.0);
     refuses("templates", &|scene| scene.templates[0].radius *= 1.1);
     refuses("controls", &|scene| {
-        scene.params.controls = super::case::Scene::new(&[8, 8], "wp", &ALL[..2]).params.controls;
+        scene.params.controls = Scene::new(&[8, 8], "wp", &ALL[..2]).params.controls;
     });
     refuses("pressure", &|scene| scene.params.pressure = Pressure::Conjugate);
     refuses("sweeps", &|scene| scene.params.sweeps = 19);
