@@ -70,7 +70,9 @@ fn scene(host: &mut Host) -> u32 {
     let at = filled(host, "ThuribleConfig", "thurible_defaults", &numbers);
     let (fields, _) = structure("ThuribleConfig");
     let cells = fields.iter().find(|field| field.name == "cells").unwrap().at;
-    [0, 4].map(|axis| host.write(at + cells + axis, &narrow(SIDE).to_le_bytes()));
+    for axis in [0, 4] {
+        host.write(at + cells + axis, &narrow(SIDE).to_le_bytes());
+    }
     at
 }
 
