@@ -5,6 +5,7 @@ mod kind;
 mod matte;
 mod photo;
 mod pixels;
+mod planes;
 mod png;
 mod room;
 mod svg;

@@ -1,6 +1,6 @@
 //! The pixels of a decoded picture.
 
-use super::exr::Planes;
+use super::planes::Planes;
 
 /// Colours that differ by no more than this part of the brightest level are one colour: rounding makes so much in a half
 /// transparent edge.
