@@ -4,9 +4,9 @@
 use crate::fields::assert_close;
 use crate::fields::random::Random;
 use thurible_core::Real;
-use thurible_core::optimise::quasi_newton::history::{History, HistoryPrecision};
+use thurible_core::optimise::quasi_newton::history::{History, HistoryPrecision, Kept};
 use thurible_core::optimise::quasi_newton::recursion::{
-    Borrowed, GradientProducts, Kept, Products, QuasiNewton,
+    Borrowed, GradientProducts, Products, QuasiNewton,
 };
 
 const LEN: usize = 7;

@@ -126,6 +126,7 @@ impl Scene {
     pub fn problem(&self) -> Problem<'_> {
         Problem {
             cells: &self.cells,
+            share: None,
             boundary: &self.boundary,
             length: self.length,
             dt: self.dt,

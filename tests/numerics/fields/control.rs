@@ -15,6 +15,7 @@ use thurible_core::objective::sweep;
 use thurible_core::operators::blur::Metric;
 use thurible_core::optimise::descent::Function;
 use thurible_core::optimise::quasi_newton::fields;
+use thurible_core::optimise::quasi_newton::history::History;
 use thurible_core::{Advection, Boundary, D2, D3, Event, Objective, Observer, Real, Serial, Silent, Space};
 
 /// A flow that should carry `source` to the targets.
@@ -246,7 +247,7 @@ impl Control<'_, f64> {
         Simulated::<f64>::measure(&levels, &self.flow(1.0), true, &mut Pool::measuring(&mut ledger));
         let mut region = vec![f64::NAN; ledger.elements(8)];
         let mut ledger = Ledger::new();
-        fields::take(&unknowns, 1, 1, &mut Pool::<f64>::measuring(&mut ledger));
+        fields::take(&unknowns, 1, History::full(1), &mut Pool::<f64>::measuring(&mut ledger));
         let mut pairs = vec![f64::NAN; ledger.elements(8)];
         let [mut priced, mut u, mut v, mut trial, mut gradient] = [(); 5].map(|()| zeros(grid, slots));
         let evaluation = Evaluation {
@@ -272,7 +273,7 @@ impl Control<'_, f64> {
             v: view_mut(&mut v),
             trial: view_mut(&mut trial),
             gradient: view_mut(&mut gradient),
-            fields: fields::take(&unknowns, 1, 1, &mut Pool::new(&mut pairs)),
+            fields: fields::take(&unknowns, 1, History::full(1), &mut Pool::new(&mut pairs)),
             scale: &mut 1.0,
         };
         let function: &mut dyn Function<f64, S> = &mut search;
