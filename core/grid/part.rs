@@ -78,6 +78,16 @@ impl Grid {
         whole
     }
 
+    /// Axis 0, 1 or 2 of the whole box.
+    #[inline]
+    #[must_use]
+    pub fn whole_axis(&self, axis: usize) -> Axis {
+        match self.part {
+            Some(part) if axis == self.dims - 1 => Axis::new(part.planes, part.ends),
+            _ => self.axis(axis),
+        }
+    }
+
     /// The planes of the whole box that a rank has.
     #[must_use]
     pub fn planes_of(&self, rank: usize) -> Range<usize> {

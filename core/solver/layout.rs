@@ -84,9 +84,8 @@ impl<'g> FileLayout<'g> {
     fn stored(&self, axis: usize) -> Range<usize> {
         let extent = self.extent(axis);
         if self.axis == Some(axis) && self.is_across(axis) {
-            let whole = self.grid.whole();
             let first = self.grid.first_plane(axis) + self.inside[axis].start as isize;
-            return usize::from(first == 0 && !whole.axis(axis).is_ring())..extent;
+            return usize::from(first == 0 && !self.grid.whole_axis(axis).is_ring())..extent;
         }
         if extent == self.inside[axis].len() {
             return 0..extent;

@@ -47,7 +47,7 @@ fn origins<T: Real>(grid: &Grid, velocity: Velocity<'_, T>, tau: f64, at: [usize
         // Places are those in the whole box, so that every rank that shares it rounds alike.
         let first = grid.first_plane(axis);
         let place = (at[axis] as isize + first) as f64 - tau * v / grid.h[axis];
-        let (place, moves) = grid.whole().axis(axis).nearest_point(place);
+        let (place, moves) = grid.whole_axis(axis).nearest_point(place);
         let low = libm::floor(place);
         Origin {
             cells: [0, 1].map(|next| line.nearest(low as isize - first + next)),

@@ -73,6 +73,7 @@ impl ThuribleConfig {
                 tolerance: self.advection_tolerance,
             },
             projection_tolerance: self.projection_tolerance,
+            share: None,
         };
         Ok(work(&problem, &params))
     }
