@@ -110,6 +110,9 @@ impl Grid {
     /// The rows of this grid that are no copies.
     #[must_use]
     pub fn own_rows(&self) -> Range<usize> {
+        if self.part.is_none() {
+            return 0..self.rows();
+        }
         let (planes, rows) = (self.own_planes(), self.rows_per_plane());
         planes.start * rows..planes.end * rows
     }

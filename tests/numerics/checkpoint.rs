@@ -93,7 +93,7 @@ fn goes_on<T: Real, S: Space>(scene: &Scene) {
     let said: Vec<String> = history.iter().map(|progress| format!("{progress:?}")).collect();
     let mut elsewhere = scene.clone();
     elsewhere.params.threads = 3;
-    elsewhere.params.direct.history = Some(5);
+    elsewhere.params.direct.history = scene.params.direct.history.or(Some(5));
     for (step, bytes) in saved.iter().enumerate() {
         let (rest, status, bits) = with_empty::<T, S, _>(&elsewhere, 0x5A, |solver| {
             solver.restore(bytes).unwrap();

@@ -5,9 +5,7 @@ use crate::fields::assert_close;
 use crate::fields::random::Random;
 use thurible_core::Real;
 use thurible_core::optimise::quasi_newton::history::{History, HistoryPrecision, Kept};
-use thurible_core::optimise::quasi_newton::recursion::{
-    Borrowed, GradientProducts, Products, QuasiNewton,
-};
+use thurible_core::optimise::quasi_newton::recursion::{Borrowed, GradientProducts, Products, QuasiNewton};
 
 const LEN: usize = 7;
 type Dense = [f64; LEN];

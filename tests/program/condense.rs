@@ -206,19 +206,23 @@ fn a_plan_is_what_is_used_and_a_byte_less_is_refused() {
     assert_eq!(fits.code, 0, "{}", fits.err);
     let report = json(&folder.join("out/cc-fixed/report.json"));
     assert_eq!(report["memory"]["planned_bytes"].as_u64(), Some(bytes));
-    // The lists of the mesh are refused before they are made.
-    let more = [
-        "--methods",
-        "plain",
-        "--set",
-        "mesh.grid=[200, 200]",
-        "--memory-limit",
-        "1MiB",
-    ];
-    let large = condense(&folder, "stretch", &more);
-    assert_eq!(large.code, 3);
-    let said = "the order and neighbours of the mesh alone need";
-    assert!(large.err.contains(said), "{}", large.err);
+    // The lists of the mesh, and what is made of them, are refused before they are made.
+    for (limit, said) in [
+        ("1MiB", "the lists of the mesh alone need"),
+        ("2MiB", "the order and neighbours of the mesh alone need"),
+    ] {
+        let more = [
+            "--methods",
+            "plain",
+            "--set",
+            "mesh.grid=[200, 200]",
+            "--memory-limit",
+            limit,
+        ];
+        let large = condense(&folder, "stretch", &more);
+        assert_eq!(large.code, 3);
+        assert!(large.err.contains(said), "{}", large.err);
+    }
 }
 
 /// The fixed point of a spring is no vertex of the body: loads and other springs are next to others, and its length is that of the body alone.

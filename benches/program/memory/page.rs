@@ -76,7 +76,7 @@ fn page(table: &[Measured], quick: bool) -> String {
          | addresses, T > 1 threads | {thread} MiB (T + 1) more | the same; glibc reserves 64 MiB for each thread and touches next to nothing of it |\n\n\
          A scene with `[method] window` takes the block of its largest window, whatever its length, and beside it one field more: [windows](effects.md#longer-than-memory-windows).\n\n\
          `--memory-limit X` is the ceiling of the block; with the lines above it bounds what the process has, for a scene without files. While a \
-         file that a scene names is read it takes 16 bytes for each pixel of a picture, and 16 for each number of an array. What does not fit, threads \
+         file that a scene names is read it takes the pixels of a picture as the file keeps them, 1 to 16 bytes each and at most 16 times the file and 64 MiB, and 16 bytes for each number of an array. What does not fit, threads \
          included, is refused before it begins, with exit code 3; a picture for which there is no memory is refused with exit code 2.\n\n",
         grouped(MARGIN)
     );

@@ -247,7 +247,12 @@ impl Control<'_, f64> {
         Simulated::<f64>::measure(&levels, &self.flow(1.0), true, &mut Pool::measuring(&mut ledger));
         let mut region = vec![f64::NAN; ledger.elements(8)];
         let mut ledger = Ledger::new();
-        fields::take(&unknowns, 1, History::full(1), &mut Pool::<f64>::measuring(&mut ledger));
+        fields::take(
+            &unknowns,
+            1,
+            History::full(1),
+            &mut Pool::<f64>::measuring(&mut ledger),
+        );
         let mut pairs = vec![f64::NAN; ledger.elements(8)];
         let [mut priced, mut u, mut v, mut trial, mut gradient] = [(); 5].map(|()| zeros(grid, slots));
         let evaluation = Evaluation {
