@@ -11,7 +11,8 @@ mod templates;
 
 use choices::codes;
 pub use choices::{
-    ThuribleBoundary, ThuribleColours, ThuribleGuideSolver, ThuribleHistoryPrecision, ThuribleNorm, ThuribleNsoSolver,
+    ThuribleBoundary, ThuribleColours, ThuribleGuideSolver, ThuribleHistoryPrecision, ThuribleNorm,
+    ThuribleNsoSolver,
 };
 pub use choices::{ThuriblePrecision, ThuribleScheme, code, precision, wide};
 pub use default::thurible_defaults;
