@@ -16,7 +16,7 @@ fn nearest(x: f32) -> u16 {
         above => above,
     };
     let [down, up] = [value(below), above].map(|half| (half - f64::from(x)).abs());
-    if down < up || (down == up && below % 2 == 0) {
+    if down < up || (down == up && below.is_multiple_of(2)) {
         below
     } else {
         below + 1
