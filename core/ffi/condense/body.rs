@@ -4,6 +4,7 @@ use super::any::{AnyCondenser, bytes};
 use super::config::ThuribleCondenseConfig;
 use crate::config::ConfigError;
 use crate::instance::{self, Handle, with_place};
+use crate::pointer::required;
 use crate::result::ThuribleResult;
 use core::ffi::c_void;
 use core::mem::MaybeUninit;
@@ -46,13 +47,8 @@ pub unsafe fn plan(
     if size < config.lists_bytes()? {
         return Err(ThuribleResult::TooSmall.into());
     }
+    required(scratch.cast::<f64>())?;
     let scratch: *mut MaybeUninit<u8> = scratch.cast();
-    if scratch.is_null() {
-        return Err(ThuribleResult::Null.into());
-    }
-    if !scratch.cast::<f64>().is_aligned() {
-        return Err(ThuribleResult::Misaligned.into());
-    }
     // SAFETY: not null, and the caller promises the bytes, of which nothing is used after this call.
     let own = unsafe {
         bytes(

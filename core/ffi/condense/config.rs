@@ -1,7 +1,7 @@
 //! A body and how its energy is minimised, as C gives it.
 
 use crate::config::{
-    ConfigError, THURIBLE_AUTOMATIC, ThuriblePrecision, code, is_on, precision, sized, wide,
+    ConfigError, THURIBLE_AUTOMATIC, ThuriblePrecision, code, codes, is_on, precision, sized, wide,
 };
 use crate::result::ThuribleResult;
 use thurible_core::condense::{CondenseParams, Material};
@@ -66,21 +66,10 @@ pub enum ThuribleCondenseOrder {
     Colours = 1,
 }
 
-/// Codes are the places of the core's values: a difference does not compile.
-macro_rules! codes {
-    ($($codes:ident of $core:ident: $($value:ident),+;)+) => {
-        const _: () = {
-            $($(assert!($codes::$value as u32 == thurible_core::condense::$core::$value as u32);)+)+
-        };
-    };
-}
-
-codes! {
-    ThuribleCondenseMethod of Update: Cc, Newton, Plain, Jgs2, Jgs2Local, Projected, Chord, Warped;
-    ThuribleCondenseBasis of Basis: Fixed, Rebuilt, Corotated, CorotatedRebuilt, Adaptive, CorotatedAdaptive;
-    ThuribleCondenseBlock of Block: Vertex, Scalar;
-    ThuribleCondenseOrder of Order: Jacobi, Colours;
-}
+codes!(ThuribleCondenseMethod of condense::Update: Cc, Newton, Plain, Jgs2, Jgs2Local, Projected, Chord, Warped);
+codes!(ThuribleCondenseBasis of condense::Basis: Fixed, Rebuilt, Corotated, CorotatedRebuilt, Adaptive, CorotatedAdaptive);
+codes!(ThuribleCondenseBlock of condense::Block: Vertex, Scalar);
+codes!(ThuribleCondenseOrder of condense::Order: Jacobi, Colours);
 
 /// A spring between two vertices.
 #[repr(C)]

@@ -97,9 +97,10 @@ pub enum ThuribleNorm {
 
 /// Codes are the places of the core's values: a difference does not compile. What the core has beyond them is chosen by its number.
 macro_rules! codes {
-    ($codes:ident of $core:ident: $($value:ident),+) => {
+    ($codes:ident of $($core:ident)::+: $($value:ident),+) => {
         const _: () = {
-            $(assert!($codes::$value as u32 == thurible_core::$core::$value as u32);)+
+            use thurible_core::$($core)::+ as Core;
+            $(assert!($codes::$value as u32 == Core::$value as u32);)+
         };
     };
 }

@@ -9,7 +9,7 @@ pub mod sized;
 mod slot;
 mod templates;
 
-use choices::codes;
+pub(crate) use choices::codes;
 pub use choices::{
     ThuribleBoundary, ThuribleColours, ThuribleGuideSolver, ThuribleHistoryPrecision, ThuribleNorm,
     ThuribleNsoSolver,

@@ -326,12 +326,14 @@ static void refusals(Body *body) {
     IS(thurible_condense_read(one, 0, NULL, size), NULL);
     OK(thurible_condense_read(one, THURIBLE_CONDENSE_PART_POSITION, body->found, size));
     CHECK(memcmp(body->found, body->rest, size) == 0);
-    /* Stopped before a build it has changed nothing; later it is where it was. */
+    /* Stopped before a build it has changed nothing, and nobody was told. */
     for (size_t after = 0; after < 4; after++) {
         size_t left = after;
         const ThuribleObserver observer = {stops, &left};
         OK(thurible_condense_step(one, NULL, &observer, body->shift, size, NULL, states, 1, &stepped));
         CHECK(stepped.status == THURIBLE_STATUS_CANCELLED && (after > 0 || stepped.told == 0));
+        OK(thurible_condense_read(one, THURIBLE_CONDENSE_PART_POSITION, body->found, size));
+        CHECK(after > 0 || memcmp(body->found, body->rest, size) == 0);
     }
     OK(thurible_condense_shift(one, body->shift, size));
     OK(thurible_condense_shift(one, NULL, 0));

@@ -2,11 +2,11 @@
 
 use super::camera::{Cameras, THURIBLE_MOST_CAMERAS, ThuribleCamera};
 use crate::config::{
-    ConfigError, ListNames, ThuriblePrecision, code, dimensions, is_on, names, precision, sized, wide,
+    ConfigError, ListNames, ThuriblePrecision, code, codes, dimensions, is_on, names, precision, sized, wide,
 };
 use crate::result::ThuribleResult;
-use thurible_core::tomography::{Method, Settings, Tomography};
-use thurible_core::walk::{Cells, Prior, Rule};
+use thurible_core::tomography::{Settings, Tomography};
+use thurible_core::walk::Cells;
 
 /// How a frame is reconstructed.
 #[repr(C)]
@@ -46,18 +46,9 @@ pub enum ThuribleWalk {
     Eager = 1,
 }
 
-const _: () = {
-    assert!(ThuribleReconstructor::Walk as u32 == Method::Walk as u32);
-    assert!(ThuribleReconstructor::Sart as u32 == Method::Sart as u32);
-    assert!(ThuriblePrior::None as u32 == Prior::None as u32);
-    assert!(ThuriblePrior::L2 as u32 == Prior::L2 as u32);
-    assert!(ThuriblePrior::Tv as u32 == Prior::Tv as u32);
-    assert!(ThuriblePrior::Sad as u32 == Prior::Sad as u32);
-    assert!(ThuriblePrior::ImageTv as u32 == Prior::ImageTv as u32);
-    assert!(ThuriblePrior::ImageSad as u32 == Prior::ImageSad as u32);
-    assert!(ThuribleWalk::Patient as u32 == Rule::Patient as u32);
-    assert!(ThuribleWalk::Eager as u32 == Rule::Eager as u32);
-};
+codes!(ThuribleReconstructor of tomography::Method: Walk, Sart);
+codes!(ThuriblePrior of walk::Prior: None, L2, Tv, Sad, ImageTv, ImageSad);
+codes!(ThuribleWalk of walk::Rule: Patient, Eager);
 
 /// A box, the cameras about it, and how its density is found: begin with `thurible_tomography_defaults`. Later versions add fields at the end.
 #[repr(C)]
