@@ -154,7 +154,7 @@ def metric(e, filters, rings):
     return total
 
 
-def template_force(template, arrays, index, step, cells, length, steps):
+def template_force(template, arrays, index, step, cells, length):
     """What template `index` pushes with in a step, in the scene's units, components first."""
     dims, h = len(cells), length / max(cells)
     if not template["from"] <= step < template["to"]:
@@ -212,7 +212,7 @@ def main(folder):
         for step in range(steps):
             pushed = np.zeros_like(force[step])
             for index, template in enumerate(report.get("templates", [])):
-                pushed = pushed + template_force(template, arrays, index, step, cells, length, steps)
+                pushed = pushed + template_force(template, arrays, index, step, cells, length)
             near(f"the force of step {step}", force[step], pushed, within)
 
     data = 0.0
