@@ -12,9 +12,8 @@ const SIGNALS: [c_int; 3] = [SIGINT, SIGTERM, signal_hook::consts::SIGHUP];
 #[cfg(not(unix))]
 const SIGNALS: [c_int; 2] = [SIGINT, SIGTERM];
 
-/// The last one that listened, and how often its flag is held when nobody else holds it: here, and twice for each signal.
-static LAST: Mutex<Option<Interrupt>> = Mutex::new(None);
-const UNUSED: usize = 1 + 2 * SIGNALS.len();
+/// The last one that listened, and how often its flag is held when nobody else holds it: here, and twice for each signal that is heard.
+static LAST: Mutex<Option<(Interrupt, usize)>> = Mutex::new(None);
 
 /// Set once the user has asked to stop.
 #[derive(Clone, Debug, Default)]
@@ -27,9 +26,9 @@ impl Interrupt {
     /// before: a process that solves often would have ever more of them, and each signal calls all.
     pub fn listen() -> Result<Self, Failure> {
         let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(last) = last.as_ref()
+        if let Some((last, unused)) = last.as_ref()
             && !last.asked()
-            && Arc::strong_count(&last.asked) == UNUSED
+            && Arc::strong_count(&last.asked) == *unused
         {
             return Ok(last.clone());
         }
@@ -45,7 +44,8 @@ impl Interrupt {
                 ))
             })?;
         }
-        *last = Some(interrupt.clone());
+        let unused = Arc::strong_count(&interrupt.asked);
+        *last = Some((interrupt.clone(), unused));
         Ok(interrupt)
     }
 
@@ -63,10 +63,13 @@ impl Interrupt {
 /// Whether whoever started the program had it ignore that its terminal goes away, as `nohup` does. Linux tells; elsewhere the signal is heard.
 #[cfg(unix)]
 fn is_ignored(signal: c_int) -> bool {
+    if signal != signal_hook::consts::SIGHUP {
+        return false;
+    }
     let told = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let ignored = told.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     let ignored = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
-    signal == signal_hook::consts::SIGHUP && ignored.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
+    ignored.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
 }
 
 #[cfg(not(unix))]

@@ -69,7 +69,7 @@ fn share(mut cli: Cli, ranks: &'static dyn Ranks) -> Result<u8, Failure> {
         Command::Simulate(arguments) => arguments.options.resources.running.ranks = Some(ranks),
         _ => {
             return Err(Failure::Input(
-                "ranks share `simulate` alone yet; run the other commands by `thurible`, or by one rank"
+                "ranks share `simulate` and `solve` alone yet; run the other commands by `thurible`, or by one rank"
                     .into(),
             ));
         }

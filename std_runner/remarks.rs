@@ -33,11 +33,12 @@ pub fn keyframe_errors<T: Real, S: Space>(
     };
     let there = (0..=last).map(|step| densest(&density(solver, step)));
     let there = there.fold(0.0, f64::max);
+    let first = density(solver, 0);
     let error = |(index, &step): (usize, &usize)| {
         let wanted = &keyframe(solver, index);
         KeyframeError {
             stay: Stay::at(step),
-            before: distance(&density(solver, 0), wanted),
+            before: distance(&first, wanted),
             after: distance(&density(solver, step), wanted),
             denser: densest(wanted) / there,
         }

@@ -4,7 +4,6 @@ use crate::checkpoint::Every;
 use crate::destination::refuse_result;
 use crate::exit::Failure;
 use crate::plan::PlanOptions;
-use crate::run::unshared;
 use crate::run::{Outcome, Request, RunOptions};
 use crate::scene::Scene;
 use crate::{fluids, plan};
@@ -12,9 +11,7 @@ use crate::{fluids, plan};
 /// Solves the scene of `request` into its folder.
 pub(crate) fn solve(options: &RunOptions, mut request: Request) -> Result<Outcome, Failure> {
     if options.ranks.is_some() {
-        if let Some(failure) = unshared(&request) {
-            return Err(failure);
-        }
+        request.is_shared()?;
         request.checkpoint = Every::Off;
     }
     if !request.overwrites {

@@ -18,8 +18,15 @@ pub use label::{FORMAT, HEAD, Label, MAGIC};
 pub use mix::Mix;
 pub use resumable::{Resumable, restore, restore_from, save, save_to};
 
+use crate::memory::Ledger;
 use crate::real::Real;
 use label::{CHECKSUM, LABEL, checksum, word_at};
+
+/// Bytes of a checkpoint of what keeps these buffers, or `None` when they do not fit `usize`.
+#[must_use]
+pub fn bytes(ledger: &Ledger) -> Option<usize> {
+    ledger.kept()?.checked_add(HEAD)
+}
 
 /// More than any count of iterations.
 pub const MANY: usize = 1 << 30;

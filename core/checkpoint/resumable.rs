@@ -24,7 +24,7 @@ pub trait Resumable {
     /// A whole state was taken.
     fn taken(&mut self) {}
 
-    /// Half of it is another state now: nothing can be done with it but to set it up anew.
+    /// Half of it is another state now: nothing can be done with it until all that was given is given again, or at all.
     fn spoil(&mut self);
 }
 

@@ -1,7 +1,7 @@
 //! Ranks: programs that share one solve, each with a slab of the box, and what they send each other.
 //!
 //! One verb, [`Ranks::swap`], is all that somebody has to bring, by MPI or in any other way; what else is needed is made of it here: a
-//! [value told](tell) to all, the [largest] of all, and a [sum that goes on from rank to rank](in_order), which has the bits of the sum of one
+//! [value told](tell) to all, the [largest](joined) of all, and a [sum that goes on from rank to rank](in_order), which has the bits of the sum of one
 //! program. A program alone has no other to ask: [`Alone`].
 
 use super::Exec;

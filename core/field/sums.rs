@@ -2,39 +2,36 @@
 
 use super::{Vector, rows};
 use crate::exec::ranks::{in_order, joined};
-use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::exec::{Exec, Ranks, RowBuffers, for_rows};
 use crate::grid::Grid;
 use crate::real::Real;
 
+/// What a sum begins with, as that of an iterator does: the sum of nothing but -0 is -0.
+pub const NOTHING: f64 = -0.0;
+
 /// Adds up what every row has, in the order of rows, and on from rank to rank.
 pub fn add_up(exec: &dyn Exec, grid: &Grid, of_rows: &[f64]) -> f64 {
-    if !grid.is_part() {
-        return of_rows.iter().sum();
-    }
     let mut sum = [0.0];
-    in_order(exec.ranks(), &mut sum, |sum| {
-        let own = of_rows.get(grid.own_rows()).unwrap_or(&[]);
-        sum[0] = match exec.ranks().rank() {
-            0 => own.iter().sum(),
-            _ => own.iter().fold(sum[0], |sum, own| sum + own),
-        };
-    });
+    add_up_each(exec, grid, of_rows, &mut sum);
     sum[0]
 }
 
 /// The same of each of as many sums as there are `totals`, of which every row has its own one after the other.
 pub fn add_up_each(exec: &dyn Exec, grid: &Grid, of_rows: &[f64], totals: &mut [f64]) {
-    let (count, rows) = (totals.len(), grid.own_rows());
-    let own = of_rows.get(count * rows.start..count * rows.end).unwrap_or(&[]);
-    let of = |which: usize| own.iter().skip(which).step_by(count.max(1));
-    in_order(exec.ranks(), totals, |totals| {
+    let count = totals.len();
+    let go_on = |own: &[f64], totals: &mut [f64]| {
         for (which, total) in totals.iter_mut().enumerate() {
-            *total = match exec.ranks().rank() {
-                0 => of(which).sum(),
-                _ => of(which).fold(*total, |sum, own| sum + own),
-            };
+            let own = own.iter().skip(which).step_by(count);
+            *total = own.fold(*total, |sum, own| sum + own);
         }
-    });
+    };
+    totals.fill(NOTHING);
+    if !grid.is_part() {
+        return go_on(of_rows, totals);
+    }
+    let rows = grid.own_rows();
+    let own = of_rows.get(count * rows.start..count * rows.end).unwrap_or(&[]);
+    in_order(exec.ranks(), totals, |totals| go_on(own, totals));
 }
 
 /// The largest of what every row has in all ranks, NaN when any is.
@@ -44,7 +41,12 @@ pub fn most(exec: &dyn Exec, grid: &Grid, of_rows: impl Iterator<Item = f64>) ->
     }
     let own = grid.own_rows();
     let largest = rows::largest(of_rows.skip(own.start).take(own.len()));
-    joined(exec.ranks(), largest, |x, y| rows::largest([x, y]))
+    largest_of(exec.ranks(), largest)
+}
+
+/// The largest of all ranks' values, NaN when any is.
+pub fn largest_of(ranks: &dyn Ranks, value: f64) -> f64 {
+    joined(ranks, value, |x, y| rows::largest([x, y]))
 }
 
 /// `of(row)` for every row, collected in `sums` and added up in order.

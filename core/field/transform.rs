@@ -43,13 +43,25 @@ pub fn multiply<T: Real>(
     scratch: &mut [T],
     symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]),
 ) {
+    multiply_along(grid.dims, grid, spectrum, field, scratch, symbol);
+}
+
+/// The same along the first `dims` axes alone, of a field of any number of planes across the others.
+pub(super) fn multiply_along<T: Real>(
+    dims: usize,
+    grid: &Grid,
+    spectrum: &Spectrum<'_, T>,
+    field: &mut [T],
+    scratch: &mut [T],
+    symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]),
+) {
     let axes = &spectrum.axes;
     let width = |axis: usize| grid.n.iter().take(axis).product();
-    for axis in (1..grid.dims).rev() {
+    for axis in (1..dims).rev() {
         along_columns(&axes[axis], width(axis), Direction::Analysis, field, scratch);
     }
     along_rows(&axes[0], field, scratch, symbol);
-    for axis in 1..grid.dims {
+    for axis in 1..dims {
         along_columns(&axes[axis], width(axis), Direction::Synthesis, field, scratch);
     }
 }
@@ -195,7 +207,7 @@ impl Panel {
 }
 
 /// Transforms along the first axis, lets `symbol` change the coefficients, and transforms back, row by row of `field`.
-pub(super) fn along_rows<T: Real>(
+fn along_rows<T: Real>(
     modes: &Modes<'_, T>,
     field: &mut [T],
     scratch: &mut [T],
@@ -203,18 +215,18 @@ pub(super) fn along_rows<T: Real>(
 ) {
     match &modes.fourier {
         Some(fourier) => long_axis::along_rows(fourier, field, scratch, symbol),
-        None => along_short_rows(modes.cells(), modes, field, scratch, symbol),
+        None => along_short_rows(modes, field, scratch, symbol),
     }
 }
 
 /// [`along_rows`] by matrices, [`TOGETHER`] rows at a time.
 fn along_short_rows<T: Real>(
-    n: usize,
     modes: &Modes<'_, T>,
     field: &mut [T],
     scratch: &mut [T],
     symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]),
 ) {
+    let n = modes.cells();
     let (halves, products) = scratch.split_at_mut(TOGETHER * n);
     let products = &mut products[..TOGETHER * padded(n)];
     for (group, rows) in field.chunks_mut(TOGETHER * n).enumerate() {

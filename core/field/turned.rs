@@ -5,14 +5,15 @@
 //! slabs -> columns, along the last axis -> planes, along the others, the symbol, back -> columns, back along the last -> slabs
 //! ```
 //!
-//! Columns and planes are dealt out anew for that: where an axis is [long](super::long_axis), 32 of what is transformed together stay together.
+//! Columns and planes are dealt out anew for that: where an axis is longer than [`LONGEST`], 32 of what is transformed together stay together.
 
 use super::borders;
-use super::transform::{Direction, along_columns, along_rows};
+use super::transform::{Direction, along_columns, multiply_along};
 use crate::exec::ranks::{Ranks, swap};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::rows::{part, part_mut};
 use crate::grid::Grid;
+use crate::grid::part::cut;
 use crate::grid::spectrum::{COLUMNS, LONGEST, Spectrum};
 use crate::memory::Pool;
 use crate::real::Real;
@@ -42,13 +43,6 @@ enum Held {
     Slabs,
     /// Those that it transforms along all axes but the last.
     Planes,
-}
-
-/// `total` cut into pieces of `unit`, of which a rank has about as many as another.
-fn cut(total: usize, unit: usize, rank: usize, ranks: usize) -> Range<usize> {
-    let pieces = total.div_ceil(unit.max(1));
-    let begin = |rank: usize| (pieces * rank / ranks.max(1) * unit).min(total);
-    begin(rank)..begin(rank + 1)
 }
 
 impl Deal {
@@ -125,12 +119,12 @@ impl<'a, T: Real> Turned<'a, T> {
         let count = fields.len() / grid.cells().max(1);
         let own = deal.columns(deal.rank).len();
         let held = deal.planes(deal.rank);
-        let axes = &spectrum.axes;
+        let last = &spectrum.axes[grid.dims - 1];
         let columns = part_mut(self.columns, 0..count * deal.whole.planes() * own);
         let planes = part_mut(self.planes, 0..count * held.len() * deal.width());
         let along_last = |direction, columns: &mut [T], scratch: &mut [T]| {
             each(work, count, columns, scratch, |field, scratch| {
-                along_columns(&axes[grid.dims - 1], own, direction, field, scratch);
+                along_columns(last, own, direction, field, scratch);
             });
         };
         deal.turn_to_columns(ranks, count, (Held::Slabs, fields), columns, self.message);
@@ -138,15 +132,10 @@ impl<'a, T: Real> Turned<'a, T> {
         deal.turn_to_planes(ranks, count, columns, (Held::Planes, planes), self.message);
         let first = held.start * grid.rows_per_plane();
         each(work, count, planes, scratch, |field, scratch| {
-            if grid.dims > 2 {
-                along_columns(&axes[1], grid.n[0], Direction::Analysis, field, scratch);
-            }
-            along_rows(&axes[0], field, scratch, |row, span, old, new| {
-                symbol(first + row, span, old, new);
-            });
-            if grid.dims > 2 {
-                along_columns(&axes[1], grid.n[0], Direction::Synthesis, field, scratch);
-            }
+            let symbol = |row: usize, span: Range<usize>, old: &[T], new: &mut [T]| {
+                symbol(first + row, span, old, new)
+            };
+            multiply_along(grid.dims - 1, grid, spectrum, field, scratch, symbol);
         });
         deal.turn_to_columns(ranks, count, (Held::Planes, planes), columns, self.message);
         along_last(Direction::Synthesis, columns, scratch);
@@ -240,14 +229,14 @@ impl Deal {
             let columns = part_mut(columns, field * of_columns..(field + 1) * of_columns);
             for [to, from] in self.partners() {
                 let theirs = self.columns(to);
-                let packed = part_mut(message, 0..self.held(held, self.rank).len() * theirs.len());
-                gather(planes, self.width(), theirs, packed);
                 let place = part_mut(columns, of_rows(self.held(held, from), mine));
                 if to == self.rank {
-                    place.copy_from_slice(packed);
-                } else {
-                    swap(ranks, Some(to), packed, Some(from), place);
+                    gather(planes, self.width(), theirs, place);
+                    continue;
                 }
+                let packed = part_mut(message, 0..self.held(held, self.rank).len() * theirs.len());
+                gather(planes, self.width(), theirs, packed);
+                swap(ranks, Some(to), packed, Some(from), place);
             }
         }
     }
@@ -270,12 +259,12 @@ impl Deal {
             for [to, from] in self.partners() {
                 let theirs = self.columns(from);
                 let sent = part(columns, of_rows(self.held(held, to), mine));
-                let packed = part_mut(message, 0..self.held(held, self.rank).len() * theirs.len());
                 if to == self.rank {
-                    packed.copy_from_slice(sent);
-                } else {
-                    swap(ranks, Some(to), sent, Some(from), packed);
+                    scatter(sent, self.width(), theirs, planes);
+                    continue;
                 }
+                let packed = part_mut(message, 0..self.held(held, self.rank).len() * theirs.len());
+                swap(ranks, Some(to), sent, Some(from), packed);
                 scatter(packed, self.width(), theirs, planes);
             }
         }

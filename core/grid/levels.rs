@@ -124,9 +124,7 @@ impl<'m, T: Real> Levels<'m, T> {
             index = arena.take("transfer positions", taps)?;
             weight = arena.take("transfer weights", taps)?;
         }
-        let spectra = grids
-            .iter()
-            .map(|grid| Spectrum::<T>::len(&grid.whole(), filters));
+        let spectra = grids.iter().map(|grid| Spectrum::<T>::len(grid, filters));
         let eigenvectors = arena.take::<T>("eigenvectors", spectra.sum())?;
         let cells = grids.iter().map(Grid::cells).sum::<usize>();
         let solids = if self.has_table() {
@@ -146,7 +144,6 @@ impl<'m, T: Real> Levels<'m, T> {
         }
         let mut rest = &mut *eigenvectors;
         for grid in grids {
-            let grid = &grid.whole();
             let len = Spectrum::<T>::len(grid, filters);
             let (these, after) = rest.split_at_mut(len);
             if len > 0 {
@@ -212,11 +209,9 @@ impl<'m, T: Real> Levels<'m, T> {
             return Spectrum::default();
         }
         let before = self.grids.iter().take(level);
-        let start = before
-            .map(|grid| Spectrum::<T>::len(&grid.whole(), self.filters))
-            .sum();
+        let start = before.map(|grid| Spectrum::<T>::len(grid, self.filters)).sum();
         Spectrum::view(
-            &self.grids[level].whole(),
+            &self.grids[level],
             self.filters,
             self.eigenvectors.get(start..).unwrap_or(&[]),
         )

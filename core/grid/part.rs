@@ -18,11 +18,17 @@ pub const REACH: usize = 2;
 /// The fewest planes of a rank: its neighbours' copies are of nobody else.
 pub const THINNEST: usize = REACH;
 
+/// `total` cut into pieces of `unit`, of which a rank has about as many as another.
+pub fn cut(total: usize, unit: usize, rank: usize, ranks: usize) -> Range<usize> {
+    let pieces = total.div_ceil(unit.max(1));
+    let begin = |rank: usize| (pieces * rank / ranks.max(1) * unit).min(total);
+    begin(rank)..begin(rank + 1)
+}
+
 impl Part {
     /// The planes of the whole box that a rank has.
     fn of(self, rank: usize) -> Range<usize> {
-        let begin = |rank: usize| self.planes * rank / self.share.ranks.max(1);
-        begin(rank)..begin(rank + 1)
+        cut(self.planes, 1, rank, self.share.ranks)
     }
 
     /// Whether another rank's planes lie below and above those of this one.
@@ -118,6 +124,7 @@ impl Grid {
     }
 
     /// Where the first plane of this grid lies in the whole box, if that is an axis' own: 0 along others. Below 0 on a ring.
+    #[inline]
     #[must_use]
     pub fn first_plane(&self, axis: usize) -> isize {
         let Some(part) = self.part.filter(|_| axis == self.dims - 1) else {

@@ -258,11 +258,13 @@ impl<'m, T: Real> Spectrum<'m, T> {
     /// Its length in values with `filters` Gaussians.
     #[must_use]
     pub fn len(grid: &Grid, filters: usize) -> usize {
+        let grid = &grid.whole();
         (0..grid.dims).map(|axis| Self::len_of(grid, filters, axis)).sum()
     }
 
     /// Fills [`Self::len`] values for [`Self::view`].
     pub fn fill(grid: &Grid, filters: usize, numbers: &mut [T]) {
+        let grid = &grid.whole();
         let mut rest = numbers;
         for axis in 0..grid.dims {
             let (these, after) = rest.split_at_mut(Self::len_of(grid, filters, axis));
@@ -274,6 +276,7 @@ impl<'m, T: Real> Spectrum<'m, T> {
     /// The eigenvectors that [`Self::fill`] wrote.
     #[must_use]
     pub fn view(grid: &Grid, filters: usize, mut numbers: &'m [T]) -> Self {
+        let grid = &grid.whole();
         let mut axes = [Modes::default(); 3];
         for (axis, known) in axes.iter_mut().enumerate().take(grid.dims) {
             let (these, after) = numbers.split_at(Self::len_of(grid, filters, axis));

@@ -36,9 +36,7 @@ impl Room<'_> {
     ) -> Result<(), InputError> {
         match self {
             Self::Faces(grid) => {
-                let layout =
-                    axis.map_or_else(|| FileLayout::of_cells(grid), |axis| FileLayout::new(grid, axis));
-                layout.add(given, unit, field)?;
+                FileLayout::of(grid, axis).add(given, unit, field)?;
             }
             Self::Padded(cells) => {
                 finite(given, cells.count())?;
@@ -67,9 +65,7 @@ impl Places<'_> {
     fn read<T: Real>(self, axis: Option<usize>, field: &[T], unit: f64, out: &mut [T]) {
         match self {
             Self::Faces(grid) => {
-                let layout =
-                    axis.map_or_else(|| FileLayout::of_cells(grid), |axis| FileLayout::new(grid, axis));
-                layout.read(field, [1, 0], T::from_f64(unit), out);
+                FileLayout::of(grid, axis).read(field, [1, 0], T::from_f64(unit), out);
             }
             Self::Padded(cells) => {
                 cells.pack(field, out);

@@ -40,7 +40,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
                 Some(Verb::Emitter) => self.take_emitter(a, &[]),
                 Some(Verb::Velocity) => self.take_velocity(a, &[]),
                 Some(Verb::Keyframe) => {
-                    let _ = self.take_keyframe(a, &[], 0.0);
+                    let _ = self.take_keyframe(a, &[]);
                 }
                 // How these end the first rank says.
                 Some(Verb::Prepare) => {

@@ -17,25 +17,26 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         if index >= count {
             return Err(InputError::Index { given: index, count });
         }
-        if !self.is_shared() {
-            self.check_smoke()?;
-        }
-        let mass = self.mass_of(density)?;
         self.shared.ask(Verb::Keyframe, [index, 0, 0]);
-        self.take_keyframe(index, density, mass)
+        self.take_keyframe(index, density)
     }
 
-    /// Takes the target of keyframe `index`, of a mass that the first rank knows.
-    pub(super) fn take_keyframe(
-        &mut self,
-        index: usize,
-        density: &[T],
-        mass: f64,
-    ) -> Result<f64, InputError> {
+    /// Takes the target of keyframe `index`, which the first rank knows.
+    pub(super) fn take_keyframe(&mut self, index: usize, density: &[T]) -> Result<f64, InputError> {
+        self.check_smoke()?;
+        let own = if self.shared.is_first() {
+            self.mass_of(density)
+        } else {
+            Ok(0.0)
+        };
+        let mass = self.shared.told(*own.as_ref().unwrap_or(&f64::NAN));
+        own?;
+        if mass.is_nan() {
+            // The first rank says why.
+            return Err(InputError::NoSource);
+        }
         let grid = *self.grid();
         let cells = grid.cells();
-        self.check_smoke()?;
-        let mass = self.shared.told(mass);
         let step = self.lists.steps.get(index).map_or(0, |&step| step as usize);
         let factor = if self.match_mass {
             self.mass_at(step) / mass
@@ -45,12 +46,9 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         if factor <= 0.0 {
             return Err(InputError::NoSource);
         }
-        let before = self.shared.mass(
-            &grid,
-            self.fields.get(index * cells..(index + 1) * cells).unwrap_or(&[]),
-        );
+        let was_unset = self.is_unset(index);
         let target = &mut self.fields[index * cells..(index + 1) * cells];
-        self.missing = self.missing.saturating_sub(usize::from(before == 0.0));
+        self.missing = self.missing.saturating_sub(usize::from(was_unset));
         self.finished = false;
         self.shared.put((&grid, None), density, T::ONE, target);
         target
@@ -58,5 +56,10 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
             .for_each(|target| *target = T::from_f64(target.to_f64() * factor));
         self.clear_field(index);
         Ok(factor)
+    }
+    /// Whether keyframe `index` has no target yet: all of it, that of other ranks too, is 0.
+    pub(super) fn is_unset(&self, index: usize) -> bool {
+        let given = self.keyframe(index).iter().any(|&x| x != T::ZERO);
+        self.shared.largest(f64::from(u8::from(given))) == 0.0
     }
 }

@@ -30,10 +30,7 @@ pub(crate) struct Run {
 impl<'g> FileLayout<'g> {
     /// That of the faces of an axis.
     pub fn new(grid: &'g Grid, axis: usize) -> Self {
-        Self {
-            axis: Some(axis),
-            ..Self::of_cells(grid)
-        }
+        Self::of(grid, Some(axis))
     }
 
     /// That of a field of cells. Of a box that ranks share it is the rank's own part, plane after plane.

@@ -145,12 +145,8 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
 
     fn prepared(&mut self, exec: &dyn Exec) -> Result<f64, InputError> {
         self.check_smoke()?;
-        let cells = self.grid().cells();
         if self.missing > 0 {
-            let unset = self
-                .fields
-                .chunks_exact(cells)
-                .position(|target| target.iter().all(|&x| x == T::ZERO));
+            let unset = (0..self.lists.steps.len()).find(|&index| self.is_unset(index));
             return Err(InputError::NoKeyframe {
                 index: unset.unwrap_or(0),
             });

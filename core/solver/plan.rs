@@ -61,12 +61,11 @@ impl Plan {
         });
         Self::measure_release::<T, S>(problem, params, &mut ledger);
         super::script::measure::<T>(problem, &mut ledger);
-        let kept = ledger.kept().and_then(|kept| kept.checked_add(checkpoint::HEAD));
         Ok(Self {
             bytes: ledger.bytes().ok_or(PlanError::TooLarge)?,
             method_bytes: ledger.entries().first().map_or(0, |entry| entry.bytes),
             paper_bound: paper_bound::<T, S>(problem),
-            saved_bytes: kept.ok_or(PlanError::TooLarge)?,
+            saved_bytes: checkpoint::bytes(&ledger).ok_or(PlanError::TooLarge)?,
             params: *params,
             ledger,
         })

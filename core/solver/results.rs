@@ -66,9 +66,11 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     /// Component `axis` of step `step` of an output in the layout of a file, x fastest, of faces one more than cells along a wall axis,
     /// and in the scene's units. `out` has [`Self::elements`] elements.
     pub fn read(&self, output: &Output, step: usize, axis: usize, out: &mut [T]) {
-        let number = self.outputs().iter().position(|known| known == output);
-        self.shared
-            .ask(Verb::Read, [number.unwrap_or(usize::MAX), step, axis]);
+        if self.is_shared() {
+            let number = self.outputs().iter().position(|known| known == output);
+            self.shared
+                .ask(Verb::Read, [number.unwrap_or(usize::MAX), step, axis]);
+        }
         let place = (self.grid(), faces(output, axis));
         self.shared.collect(place, out, |layout, out| {
             self.read_part(output, step, axis, (layout, out));
@@ -90,13 +92,17 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
 
     /// Sends the first rank what this one has of component `axis` of step `step` of an output by its number.
     pub(super) fn send_output(&mut self, output: usize, step: usize, axis: usize) {
-        let mut shared = core::mem::take(&mut self.shared);
         if let Some(output) = self.outputs().get(output) {
-            let place = (self.grid(), faces(output, axis));
-            shared.send(place, |layout, out| {
-                self.read_part(output, step, axis, (layout, out));
+            self.send(faces(output, axis), |solver, layout, out| {
+                solver.read_part(output, step, axis, (layout, out));
             });
         }
+    }
+
+    /// Sends the first rank what `own` writes of this one's part of a component: of the faces of `axis`, or of cells.
+    fn send(&mut self, axis: Option<usize>, own: impl FnOnce(&Self, &FileLayout<'_>, &mut [T])) {
+        let mut shared = core::mem::take(&mut self.shared);
+        shared.send((self.grid(), axis), |layout, out| own(self, layout, out));
         self.shared = shared;
     }
 
@@ -135,12 +141,9 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
 
     /// Sends the first rank what this one has of it.
     pub(super) fn send_keyframe(&mut self, index: usize) {
-        let mut shared = core::mem::take(&mut self.shared);
-        let target = self.keyframe(index);
-        shared.send((self.grid(), None), |layout, out| {
-            layout.read(target, [1, 0], T::ONE, out);
+        self.send(None, |solver, layout, out| {
+            layout.read(solver.keyframe(index), [1, 0], T::ONE, out);
         });
-        self.shared = shared;
     }
 
     /// What keyframe `index` has its error multiplied by, stored as a density; empty where keyframes have no regions.
@@ -231,10 +234,9 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
 
     /// Sends the first rank what this one has of it.
     pub(super) fn send_jet(&mut self, step: usize, axis: usize) {
-        let mut shared = core::mem::take(&mut self.shared);
-        let place = (self.grid(), Some(axis));
-        shared.send(place, |layout, out| self.jet_part(step, axis, (layout, out)));
-        self.shared = shared;
+        self.send(Some(axis), |solver, layout, out| {
+            solver.jet_part(step, axis, (layout, out));
+        });
     }
 
     /// Faces of a component of a velocity or force in the layout of a file.

@@ -94,5 +94,6 @@ impl<T: Real, S: Space> Resumable for Solver<'_, T, S> {
     fn spoil(&mut self) {
         (self.mass, self.missing) = (0.0, self.lists.steps.len());
         (self.prepared, self.finished) = (None, false);
+        self.reference = self.reference.map(|_| false);
     }
 }

@@ -4,10 +4,10 @@
 //! that takes them all it tells the others its verb.
 
 use super::layout::FileLayout;
-use crate::exec::ranks::{in_order, joined, swap, tell};
+use crate::exec::ranks::{in_order, swap, tell};
 use crate::exec::{Ranks, Serial, Together};
-use crate::field::borders;
-use crate::field::rows::{self, part, part_mut};
+use crate::field::rows::{part, part_mut};
+use crate::field::{borders, sums};
 use crate::grid::Grid;
 use crate::observe::{Event, Observer};
 use crate::real::Real;
@@ -47,6 +47,15 @@ impl Verb {
         Self::End,
     ];
 }
+
+/// A verb that is not at its number would have the others do something else: it does not compile.
+const _: () = {
+    let mut number = 0;
+    while number < Verb::ALL.len() {
+        assert!(Verb::ALL[number] as usize == number);
+        number += 1;
+    }
+};
 
 /// The ranks of a solve, where it is shared, and room for this rank's part of a component of a field; the first one needs none.
 #[derive(Debug, Default)]
@@ -98,25 +107,19 @@ impl<T: Real> Shared<'_, T> {
 
     /// The largest of all ranks' values.
     pub fn largest(&self, value: f64) -> f64 {
-        self.ranks
-            .map_or(value, |ranks| joined(ranks, value, |x, y| rows::largest([x, y])))
+        self.ranks.map_or(value, |ranks| sums::largest_of(ranks, value))
     }
 
     /// The sum over all cells of a field.
     pub fn mass(&self, grid: &Grid, field: &[T]) -> f64 {
         let own = grid.own_rows();
         let own = part(field, own.start * grid.n[0]..own.end * grid.n[0]).iter();
-        let own = own.map(|x| x.to_f64());
-        let Some(ranks) = self.ranks else {
-            return own.sum();
-        };
-        let mut sum = [0.0];
-        in_order(ranks, &mut sum, |sum| {
-            sum[0] = match ranks.rank() {
-                0 => own.sum(),
-                _ => own.fold(sum[0], |sum, own| sum + own),
-            }
-        });
+        let mut sum = [sums::NOTHING];
+        let go_on = |sum: &mut [f64]| sum[0] = own.fold(sum[0], |sum, own| sum + own.to_f64());
+        match self.ranks {
+            Some(ranks) => in_order(ranks, &mut sum, go_on),
+            None => go_on(&mut sum),
+        }
         sum[0]
     }
 

@@ -14,7 +14,7 @@
 //! | `flow`, `kept`, `march` | a step, forward and backward; what is kept of it; all steps, by a tape or by states that are kept |
 //! | `unknowns`, `template`, `script` | what is searched for, winds and vortices, the objective |
 //! | `operator` | the simulation by given forces, and its steps taken back, for [`operator`](crate::operator) |
-//! | `search`, `steer`, `saved` | the objective for L-BFGS, the search, and its state as plain bytes |
+//! | `search`, `steer`, `saved`, `fingerprint` | the objective for L-BFGS, the search, its state as plain bytes, and what its bits follow from |
 //! | `params`, `slots`, `plan`, `layout` | what is chosen, and the memory that it takes |
 
 pub mod advect;
@@ -23,6 +23,7 @@ pub mod cells;
 pub mod conjugate;
 mod diagonal;
 pub mod fields;
+mod fingerprint;
 pub mod flow;
 mod given;
 mod inputs;
@@ -134,6 +135,7 @@ impl<'m, T: Real, S: Space> Fluids<'m, T, S> {
         debug_assert_eq!(arena.left(), 0, "planned and carved bytes differ");
         fluids.fill(problem);
         fluids.saved_bytes = plan.saved_bytes();
+        fluids.fingerprint = fingerprint::fingerprint::<T, S>(problem, params);
         Ok(fluids)
     }
 

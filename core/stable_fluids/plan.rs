@@ -47,10 +47,9 @@ impl FluidsPlan {
             // An arena that measures is never too small.
             let _ = fluids.layout(&mut Layout::carve(&mut arena));
         });
-        let kept = ledger.kept().and_then(|kept| kept.checked_add(checkpoint::HEAD));
         Ok(Self {
             bytes: ledger.bytes().ok_or(PlanError::TooLarge)?,
-            saved_bytes: kept.ok_or(PlanError::TooLarge)?,
+            saved_bytes: checkpoint::bytes(&ledger).ok_or(PlanError::TooLarge)?,
             ledger,
         })
     }

@@ -1,50 +1,13 @@
 //! Saving a search and going on from what was saved.
 
-use super::{Fluids, FluidsParams, NAME};
+use super::Fluids;
 use crate::checkpoint::{self, Damaged, MANY, Record, Resumable, SavedError, Sink, Source};
 use crate::grid::Space;
 use crate::memory::Layout;
 use crate::optimise::descent::Descent;
 use crate::optimise::quasi_newton::history::History;
-use crate::problem::Problem;
 use crate::progress::Objective;
 use crate::real::Real;
-use crate::solver::of_problem;
-
-/// All that the bits of a search follow from, but for its densities and velocity, in one word.
-pub(super) fn fingerprint<T: Real, S: Space>(problem: &Problem<'_>, params: &FluidsParams) -> u64 {
-    // Every field by name: a new one does not compile until it is mixed in.
-    let FluidsParams {
-        controls,
-        pressure,
-        sweeps,
-        cg_iterations,
-        cg_tolerance,
-        adjoint,
-        diffusion,
-        initial_weight,
-        // What is kept for the way back changes no bit, nor do threads; iterations only say when to stop.
-        slots: _,
-        history,
-        tolerance,
-        iterations: _,
-        threads: _,
-        initial_velocity,
-    } = *params;
-    let mut mix = of_problem::<T, S>(problem);
-    mix.bytes(NAME.as_bytes());
-    controls.list().for_each(|control| mix.word(1 + control as u64));
-    mix.word(pressure as u64);
-    mix.word(adjoint as u64);
-    [sweeps, cg_iterations, history]
-        .into_iter()
-        .for_each(|count| mix.word(count as u64));
-    [cg_tolerance, diffusion, initial_weight, tolerance]
-        .into_iter()
-        .for_each(|number| mix.real(number));
-    mix.word(u64::from(initial_velocity));
-    mix.finish()
-}
 
 impl<T: Real, S: Space> Fluids<'_, T, S> {
     /// Bytes that [`Self::save`] writes: [`FluidsPlan::saved_bytes`](super::FluidsPlan::saved_bytes).
@@ -80,7 +43,7 @@ impl<T: Real, S: Space> Fluids<'_, T, S> {
     }
 
     /// As [`Self::restore`], piece by piece from `source`, through one block of [`HEAD`](checkpoint::HEAD) bytes. A source that is refused for
-    /// what its first bytes say has changed nothing; where it ends early, or a later field is damaged, there are neither source nor keyframes until they are set.
+    /// what its first bytes say has changed nothing; where it ends early, or a later field is damaged, there are neither source nor keyframes until they are set, and it begins at rest.
     ///
     /// # Errors
     /// [`SavedError`].
@@ -124,7 +87,8 @@ impl<T: Real, S: Space> Resumable for Fluids<'_, T, S> {
     }
 
     fn spoil(&mut self) {
-        (self.mass, self.begun, self.taped) = (0.0, false, false);
+        (self.mass, self.begun) = (0.0, false);
+        self.set_at_rest();
         (self.iteration, self.objective) = (0, Objective::default());
         // A keyframe that is 0 is none.
         self.keyframes.fill(T::ZERO);

@@ -2,6 +2,7 @@
 
 use super::inputs::Input;
 use crate::exit::Failure;
+use crate::report::ARCHIVE;
 use crate::scene::Document;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -51,7 +52,7 @@ impl Options {
     /// The files of earlier results that it reads.
     pub fn results(&self) -> Vec<PathBuf> {
         let earlier = [&self.from, &self.reference].into_iter().flatten();
-        earlier.map(|(_, folder, _)| folder.join("result.npz")).collect()
+        earlier.map(|(_, folder, _)| folder.join(ARCHIVE)).collect()
     }
 }
 

@@ -157,6 +157,14 @@ impl Options {
         }
     }
 
+    /// Those of the plan of a flow alone: without control the forces are the residuals of the steps, which single precision would not resolve.
+    pub fn plan_of_a_flow(&self) -> PlanOptions {
+        PlanOptions {
+            precision: self.resources.precision.unwrap_or(Precision::F64),
+            ..self.plan()
+        }
+    }
+
     /// How progress is shown.
     pub fn mode(&self) -> Mode {
         self.resources.mode()

@@ -9,6 +9,7 @@ use crate::ledger::{line, print_ledger};
 use crate::plan::{self, PlanOptions, Planned, block_bytes, plan_fields, scaled, size_in_words};
 use crate::problem::{OwnedProblem, Precision};
 use crate::progress::{Display, Mode};
+use crate::run::unshared;
 use crate::scene::Scene;
 use crate::windows::Windows;
 use clap::Args;
@@ -37,14 +38,12 @@ pub fn run(arguments: &PlanArguments) -> Result<u8, Failure> {
     let (simulate, ranks) = (arguments.simulate, arguments.ranks);
     let arguments = &arguments.common;
     let (path, set) = (&arguments.scene, &arguments.options.set);
-    let mut options = arguments.options.plan();
-    let scene = if simulate {
-        let mut scene = Scene::load_free(path, set)?;
-        scene.method.params.method = Method::Simulate;
-        options.precision = arguments.options.resources.precision.unwrap_or(Precision::F64);
-        scene
+    let (scene, options) = if simulate {
+        let scene = Scene::load_free(path, set)?.flow_by(Method::Simulate, false);
+        (scene, arguments.options.plan_of_a_flow())
     } else {
-        Scene::load(path, set, arguments.method.as_deref())?
+        let scene = Scene::load(path, set, arguments.method.as_deref())?;
+        (scene, arguments.options.plan())
     };
     if let Some(ranks) = ranks {
         return plan_ranks(&scene, &options, ranks as usize, arguments.options.mode());
@@ -71,6 +70,7 @@ pub fn run(arguments: &PlanArguments) -> Result<u8, Failure> {
 
 /// Prints what each of some ranks needs that share a scene, of which none may need more than a ceiling that is given.
 fn plan_ranks(scene: &Scene, options: &PlanOptions, ranks: usize, mode: Mode) -> Result<u8, Failure> {
+    unshared(scene)?;
     let of_rank = |rank: usize| -> Result<(Range<usize>, Planned), Failure> {
         let share = Some(Share { rank, ranks });
         let options = PlanOptions { share, ..*options };

@@ -119,11 +119,10 @@ fn scene_of(document: Document, found: &Found) -> Result<Scene, Failure> {
     let Some(method) = &found.solve.options.free else {
         return Scene::of(document);
     };
-    let mut scene = Scene::free_of(document)?;
-    scene.method.fluids.chosen = method == stable_fluids::NAME;
-    if !scene.method.fluids.chosen {
-        let method = Method::from_name(method).map_err(|_| checkpoint::damaged(&found.slot))?;
-        scene.method.params.method = method;
+    let scene = Scene::free_of(document)?;
+    if method == stable_fluids::NAME {
+        return Ok(scene.flow_by(Method::Simulate, true));
     }
-    Ok(scene)
+    let method = Method::from_name(method).map_err(|_| checkpoint::damaged(&found.slot))?;
+    Ok(scene.flow_by(method, false))
 }

@@ -2,7 +2,6 @@
 
 use super::options::{Keeping, Options};
 use crate::exit::Failure;
-use crate::problem::Precision;
 use crate::progress::Clock;
 use crate::run::{Origin, Outputs, Request};
 use crate::scene::Scene;
@@ -84,19 +83,12 @@ impl Simulation<'_> {
         let clock = Clock::start();
         let steps = self.steps.map(|steps| format!("time.steps={steps}"));
         let assignments: Vec<String> = self.options.set.iter().cloned().chain(steps).collect();
-        let mut scene = Scene::load_free(self.scene, &assignments)?;
-        scene.method.params.method = method;
-        if method == Method::Guide {
-            // The flow that is followed stands in the velocities of all steps, so there is nothing to save by windows.
-            scene.method.windows = None;
-        }
-        scene.method.fluids.chosen = self.fluids;
+        let scene = Scene::load_free(self.scene, &assignments)?.flow_by(method, self.fluids);
         let mut options = self.options.run(Outputs {
             arrays: true,
             images: scene.output.frames,
         });
-        // Without control the forces are the residuals of the steps, which single precision would not resolve.
-        options.plan.precision = self.options.resources.precision.unwrap_or(Precision::F64);
+        options.plan = self.options.plan_of_a_flow();
         let folder = self.output.map(Path::to_owned).unwrap_or_else(|| {
             let mut name = scene.output.folder.clone().into_os_string();
             name.push(end);

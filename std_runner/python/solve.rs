@@ -42,6 +42,7 @@ pub fn solve<'py>(
     let regions = effects::argument(choices, "regions")?;
     let solids = effects::argument(choices, "solids")?;
     let mask = effects::argument(choices, "mask")?;
+    let [of_states, of_often, of_resume] = keep::ARGUMENTS;
     let (choices, [velocity, reference, progress, checkpoint, every, resume]) = Choices::read(
         &common.shape,
         steps.clone(),
@@ -51,9 +52,9 @@ pub fn solve<'py>(
             "initial_velocity",
             "reference",
             "progress",
-            keep::ARGUMENTS[0],
-            keep::ARGUMENTS[1],
-            keep::ARGUMENTS[2],
+            of_states,
+            of_often,
+            of_resume,
         ],
     )?;
     let states = States::read([checkpoint, every, resume])?;

@@ -151,8 +151,7 @@ impl Origin {
     }
 
     fn open(&self, scene: &Scene) -> Result<Earlier, Failure> {
-        let path = self.folder.join("result.npz");
-        Earlier::open(&path, scene.canvas()).map_err(|error| self.unread(&error))
+        Earlier::open(&self.arrays(), scene.canvas()).map_err(|error| self.unread(&error))
     }
 
     fn refuse(&self, why: String) -> Failure {

@@ -6,6 +6,7 @@ use super::{Request, RunOptions};
 use crate::exit::{DONE, Failure};
 use crate::problem::Precision;
 use crate::region::{Region, touch};
+use crate::scene::Scene;
 use crate::{plan, threads};
 use core::mem::MaybeUninit;
 use thurible_core::exec::{Ranks, Together};
@@ -20,26 +21,41 @@ pub(crate) fn share_of(ranks: &dyn Ranks) -> Share {
     }
 }
 
-/// Why ranks cannot share what is asked for, beyond what the core says.
-pub(crate) fn unshared(request: &Request) -> Option<Failure> {
-    let refused = |what: &str| {
-        let path = request.scene.document.path().display();
-        Failure::Input(format!(
-            "{path}: {what} cannot be shared by ranks yet; leave it out, or run `thurible` on one machine"
-        ))
-    };
-    let scene = &request.scene;
-    if scene.method.fluids.chosen {
-        return Some(refused("the solver stable_fluids"));
+/// Refuses a scene that ranks cannot share, for what the core does not know of.
+pub(crate) fn unshared(scene: &Scene) -> Result<(), Failure> {
+    let refused = [
+        (scene.method.fluids.chosen, "the solver stable_fluids"),
+        (scene.method.windows.is_some(), "`method.window`"),
+        (
+            scene.asks_a_free_flow(),
+            "`control.match_mass` beside emitters that fill up to a target",
+        ),
+    ];
+    refused
+        .into_iter()
+        .filter(|(is_asked, _)| *is_asked)
+        .try_for_each(|(_, what)| Err(refusal(scene, what)))
+}
+
+fn refusal(scene: &Scene, what: &str) -> Failure {
+    let path = scene.document.path().display();
+    Failure::Input(format!(
+        "{path}: {what} cannot be shared by ranks yet; leave it out, or run `thurible` on one machine"
+    ))
+}
+
+impl Request {
+    /// Refuses what ranks cannot share, beyond what the core refuses.
+    pub(crate) fn is_shared(&self) -> Result<(), Failure> {
+        unshared(&self.scene)?;
+        if self.from.is_some() {
+            return Err(refusal(&self.scene, "a flow --from a result"));
+        }
+        if self.checkpoint.is_asked_for() {
+            return Err(refusal(&self.scene, "a solve with --checkpoint"));
+        }
+        Ok(())
     }
-    if scene.method.windows.is_some() {
-        return Some(refused("`method.window`"));
-    }
-    if request.from.is_some() {
-        return Some(refused("a flow --from a result"));
-    }
-    let keeps = request.checkpoint.is_asked_for();
-    keeps.then(|| refused("a solve with --checkpoint"))
 }
 
 impl RunOptions {
@@ -53,9 +69,7 @@ impl RunOptions {
     /// # Errors
     /// What that one refuses too, or that there is no memory here.
     pub(crate) fn follow(&self, request: Request) -> Result<u8, Failure> {
-        if let Some(failure) = unshared(&request) {
-            return Err(failure);
-        }
+        request.is_shared()?;
         let planned = plan::choose(&request.scene, &self.plan)?;
         let threads = planned.params.threads;
         let (job, region) = Job::new(*self, request, planned)?;

@@ -25,6 +25,7 @@ pub(crate) use sequence::files_of;
 
 use crate::exit::Failure;
 use std::path::Path;
+use thurible_core::Method;
 
 impl Scene {
     /// Reads `path`, applies the `--set` assignments in order, then `--method`, and checks everything.
@@ -51,6 +52,18 @@ impl Scene {
     /// As [`Self::load_free`], of a document that is complete.
     pub fn free_of(document: Document) -> Result<Self, Failure> {
         build::free(document)
+    }
+
+    /// The same for its flow by `method`, or by Stable Fluids, instead of what the file says.
+    #[must_use]
+    pub fn flow_by(mut self, method: Method, fluids: bool) -> Self {
+        self.method.params.method = method;
+        self.method.fluids.chosen = fluids;
+        if method == Method::Guide {
+            // The flow that is followed stands in the velocities of all steps, so there is nothing to save by windows.
+            self.method.windows = None;
+        }
+        self
     }
 
     /// Checks a document that is complete.

@@ -32,11 +32,11 @@ impl Bench<'_> {
     pub(super) fn simulate(&mut self, name: &str, free: &Free<'_>) -> Result<Rc<Made>, Halt> {
         self.once(name, |bench, folder| {
             let path = free.beside.join(format!("{}.toml", name.replace('/', "_")));
-            let mut scene = Scene::free_of(Document::parse(&path, free.text.clone())?)?;
-            scene.method.params.method = match free.reference {
+            let method = match free.reference {
                 Some(_) => Method::Guide,
                 None => Method::Simulate,
             };
+            let scene = Scene::free_of(Document::parse(&path, free.text.clone())?)?.flow_by(method, false);
             let options = bench.options.run(Outputs {
                 arrays: true,
                 images: false,

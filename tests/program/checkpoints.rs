@@ -21,23 +21,6 @@ circle = { center = [0.65, 0.5], radius = 0.2 }
 iterations = 60
 direct = { tolerance = 1e-12, nested = false }
 admm = { density_tolerance = 1e-12 }
-[output]
-frames = false
-";
-
-const FLUIDS: &str = "\
-[grid]
-cells = [32, 24]
-[time]
-steps = 10
-[source]
-file = \"source.npy\"
-[[keyframe]]
-step = 10
-circle = { center = [0.65, 0.5], radius = 0.2 }
-[method]
-name = \"stable_fluids\"
-iterations = 40
 stable_fluids = { tolerance = 1e-12, control = [\"forces\", \"initial_velocity\"] }
 [output]
 frames = false
@@ -169,12 +152,19 @@ fn a_killed_solve_goes_on_bit_for_bit() {
         &["solve", "--method", "lbfgs", "--precision", "f64"],
         &[6],
     );
-    goes_on("killed_fluids", FLUIDS, &["solve"], &[9, 4]);
+    goes_on(
+        "killed_fluids",
+        PLAIN,
+        &["solve", "--method", "stable_fluids"],
+        &[9, 4],
+    );
     goes_on(
         "killed_fluids_f64",
-        FLUIDS,
+        PLAIN,
         &[
             "solve",
+            "--method",
+            "stable_fluids",
             "--precision",
             "f64",
             "--set",

@@ -116,7 +116,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
             }
         };
         let alone = |pairs: usize| fits(&with(pairs, false, 1), measure);
-        if problem.grid().is_part() {
+        if problem.is_shared() {
             let pairs = params.direct.history.unwrap_or(DirectParams::MOST_BY_DEFAULT);
             return Ok(with(pairs, false, params.threads));
         }

@@ -70,12 +70,6 @@ pub enum Kept {
     Halves(usize),
 }
 
-impl Default for Kept {
-    fn default() -> Self {
-        Self::Full([0; 2])
-    }
-}
-
 impl Kept {
     /// The fields.
     #[must_use]

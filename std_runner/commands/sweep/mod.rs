@@ -18,9 +18,9 @@ use crate::solves;
 use clap::Args;
 use page::{document, facts, table};
 use runs::{Run, runs};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::PathBuf;
-use there::{is_of, is_whole, report_in};
+use there::{is_of, report_in};
 
 /// The name of the page and of its facts.
 const STEM: &str = "sweep";
@@ -104,8 +104,9 @@ pub fn run(arguments: &SweepArguments) -> Result<u8, Failure> {
             }
         }
     }
-    let table = table(&runs);
-    let facts = json!({ "format": 1, "scene": arguments.scene.display().to_string(), "rows": runs.iter().map(facts).collect::<Vec<_>>() });
+    let rows: Vec<Value> = runs.iter().map(facts).collect();
+    let table = table(&runs, &rows);
+    let facts = json!({ "format": 1, "scene": arguments.scene.display().to_string(), "rows": rows });
     let name = arguments
         .scene
         .file_stem()
@@ -144,7 +145,7 @@ impl SweepArguments {
             arrays: true,
             images: scene.output.frames,
         });
-        if let (false, Some(report)) = (self.force, report_in(&run.folder).filter(is_whole)) {
+        if let (false, Some(report)) = (self.force, report_in(&run.folder)) {
             if is_of(&report, &scene, options.plan.precision.name()) {
                 return Ok(DONE);
             }

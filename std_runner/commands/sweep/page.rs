@@ -1,7 +1,7 @@
 //! The page of a sweep: a row and the last step of each run.
 
 use super::runs::Run;
-use super::there::{is_whole, report_in};
+use super::there::report_in;
 use crate::output::frame;
 use crate::report::{Block, Document, Shot, Table, bytes, number, seconds};
 use serde_json::{Value, json};
@@ -9,7 +9,7 @@ use std::fs;
 
 /// What the page says of a run.
 pub(super) fn facts(run: &Run) -> Value {
-    let report = report_in(&run.folder).filter(is_whole).unwrap_or_default();
+    let report = report_in(&run.folder).unwrap_or_default();
     let errors = report["keyframes"].as_array().into_iter().flatten();
     let worst = errors
         .filter_map(|keyframe| keyframe["relative_l2"].as_f64())
@@ -26,9 +26,9 @@ pub(super) fn facts(run: &Run) -> Value {
     })
 }
 
-pub(super) fn table(runs: &[Run]) -> Table {
-    let row = |run: &Run| {
-        let facts = facts(run);
+/// A row for each of the runs, of which these are the facts.
+pub(super) fn table(runs: &[Run], facts: &[Value]) -> Table {
+    let row = |(run, facts): (&Run, &Value)| {
         let none = || "\u{2013}".to_owned();
         let real = |value: &Value| value.as_f64().map_or_else(none, number);
         vec![
@@ -67,13 +67,13 @@ pub(super) fn table(runs: &[Run]) -> Table {
         names: 1,
         ours: head.len(),
         head,
-        rows: runs.iter().map(row).collect(),
+        rows: runs.iter().zip(facts).map(row).collect(),
     }
 }
 
 pub(super) fn document(name: &str, vary: &[String], runs: &[Run], table: Table) -> Document {
     let last = |run: &Run| {
-        let steps = report_in(&run.folder).filter(is_whole)?["steps"].as_u64()?;
+        let steps = report_in(&run.folder)?["steps"].as_u64()?;
         let png = fs::read(run.folder.join(frame(usize::try_from(steps).ok()?))).ok()?;
         Some(Shot {
             caption: run.set.join(" "),

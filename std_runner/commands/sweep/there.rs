@@ -5,16 +5,12 @@ use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 
-/// The report of a run, if it has a result.
+/// The report of a run, if it has a whole result: none that was interrupted.
 pub(super) fn report_in(folder: &Path) -> Option<Value> {
     let report = fs::read(folder.join("report.json")).ok()?;
     let report: Value = serde_json::from_slice(&report).ok()?;
-    report["status"].is_string().then_some(report)
-}
-
-/// Whether a result is not that of a run that was interrupted.
-pub(super) fn is_whole(report: &Value) -> bool {
-    report["status"] != "cancelled"
+    let is_whole = report["status"].is_string() && report["status"] != "cancelled";
+    is_whole.then_some(report)
 }
 
 /// Whether a result is that of this very scene, with all that was set, in this precision.

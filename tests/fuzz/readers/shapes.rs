@@ -29,10 +29,7 @@ pub fn scene(path: &Path, bytes: &[u8]) -> bool {
 }
 
 /// A scene to change, which is parsed once.
-static SCENE: LazyLock<Document> = LazyLock::new(|| {
-    let text = texts::scenes(Path::new("")).swap_remove(0);
-    document(Path::new("a.toml"), &text).unwrap()
-});
+static SCENE: LazyLock<Document> = LazyLock::new(|| document(Path::new("a.toml"), &SCENE_BYTES).unwrap());
 
 pub fn assignment(_: &Path, bytes: &[u8]) -> bool {
     let (mut document, Ok(assignment)) = (SCENE.clone(), core::str::from_utf8(bytes)) else {

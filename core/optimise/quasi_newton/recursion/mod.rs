@@ -36,7 +36,7 @@ pub struct Combination {
 }
 
 /// A step s and z = P y, y the change of the gradient along it.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 struct Pair {
     kept: Kept,
     /// With its own y: <s, y> > 0 and <z, y>.

@@ -3,6 +3,7 @@
 use super::{Pair, Products, QuasiNewton};
 use crate::checkpoint::{Damaged, Record};
 use crate::optimise::quasi_newton::history::{Kept, MAX_FIELDS};
+use heapless::Vec;
 
 impl QuasiNewton {
     /// Its state in a checkpoint.
@@ -20,11 +21,11 @@ impl QuasiNewton {
         let (mut pairs, mut free) = (read.pairs.len(), read.free.len());
         record.count(&mut pairs, self.history.pairs)?;
         record.count(&mut free, MAX_FIELDS)?;
-        read.pairs.resize(pairs, Pair::default()).map_err(|_| Damaged)?;
+        let pair = Pair::nowhere(self.halves());
+        read.pairs.resize(pairs, pair).map_err(|_| Damaged)?;
         read.free.resize(free, 0).map_err(|_| Damaged)?;
-        let halves = read.halves();
         for (index, pair) in read.pairs.iter_mut().enumerate() {
-            pair.kept.record(record, halves, last)?;
+            pair.kept.record(record, last)?;
             pair.record(record, index)?;
         }
         read.free
@@ -49,28 +50,30 @@ impl QuasiNewton {
 }
 
 impl Kept {
-    /// Fields up to `last`, one of `halves` or two.
-    fn record(&mut self, record: &mut Record<'_>, halves: bool, last: usize) -> Result<(), Damaged> {
-        let mut fields = [0; 2];
-        fields
-            .iter_mut()
-            .zip(self.fields())
-            .for_each(|(to, &from)| *to = from);
-        let used = if halves { 1 } else { 2 };
-        fields
-            .iter_mut()
-            .take(used)
-            .try_for_each(|field| record.count(field, last))?;
-        *self = if halves {
-            Self::Halves(fields[0])
-        } else {
-            Self::Full(fields)
-        };
-        Ok(())
+    /// Fields up to `last`.
+    fn record(&mut self, record: &mut Record<'_>, last: usize) -> Result<(), Damaged> {
+        match self {
+            Self::Full(fields) => fields.iter_mut().try_for_each(|field| record.count(field, last)),
+            Self::Halves(field) => record.count(field, last),
+        }
     }
 }
 
 impl Pair {
+    /// One to be read over, in one field of halves or in two.
+    fn nowhere(halves: bool) -> Self {
+        Self {
+            kept: if halves {
+                Kept::Halves(0)
+            } else {
+                Kept::Full([0; 2])
+            },
+            own: Products::default(),
+            gradient: Products::default(),
+            older: Vec::new(),
+        }
+    }
+
     /// One after `older` pairs, but for where it is.
     fn record(&mut self, record: &mut Record<'_>, older: usize) -> Result<(), Damaged> {
         self.older
