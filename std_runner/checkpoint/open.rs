@@ -116,7 +116,7 @@ fn is_ours(place: &Path) -> bool {
 }
 
 /// Refuses a new solve into `folder` where the states of an earlier one are in its way; those that may go if it is `forced` are left until
-/// [`make_way`].
+/// [`make_way`]. What is left without a state is removed, whether the solve is refused later on or not.
 ///
 /// # Errors
 /// They are there, or another run holds them.
@@ -132,7 +132,10 @@ pub(crate) fn refuse_states(folder: &Path, forced: bool) -> Result<(), Failure> 
         )));
     }
     let _lock = held(&place)?;
-    if !forced && has_states(&place) {
+    if !has_states(&place) {
+        // A run was killed before its first state, or while it threw its states away. Who solves hears of what cannot be removed.
+        let _ = remove(&place);
+    } else if !forced {
         let result = folder.display();
         return Err(Failure::File(format!(
             "the solve into {result} was not finished: go on with it by `thurible resume {result}`, or solve anew with --force, which throws its state away"

@@ -356,9 +356,17 @@ fn leftovers_of_killed_runs_are_removed() {
     fs::create_dir(&beside).unwrap();
     fs::write(beside.join("lock"), "").unwrap();
     fs::write(beside.join("density"), [0; 100]).unwrap();
+    // Killed when the states had gone, and files that they need had not.
+    let stateless = folder.join("out.checkpoint");
+    fs::create_dir(&stateless).unwrap();
+    fs::write(stateless.join("lock"), "").unwrap();
+    fs::write(stateless.join("velocity_x"), [0; 100]).unwrap();
     let refused = ended(&folder, &solve[..solve.len() - 1]);
     assert!(refused.err.contains("holds a result already"), "{}", refused.err);
-    assert!(arrays(&folder) == before && !hidden.exists() && !beside.exists());
+    assert!(arrays(&folder) == before);
+    for left in [hidden, beside, stateless] {
+        assert!(!left.exists(), "{} is left behind", left.display());
+    }
     let mut found: Vec<_> = fs::read_dir(folder.join("out"))
         .unwrap()
         .map(|entry| entry.unwrap().file_name())
