@@ -17,7 +17,7 @@ use crate::report::{self, RunRecord};
 use crate::run::inputs::solver_refusal;
 use crate::run::job::Solved;
 use crate::run::messages::{self, no_memory, not_finite};
-use crate::run::saved::{self, Ended, Keeping, Progressed, Reading};
+use crate::run::saved::{self, Ended, KeptSolve, Progressed, Reading};
 use crate::run::{Outcome, Request, RunOptions};
 use crate::threads;
 use core::mem::MaybeUninit;
@@ -185,7 +185,7 @@ impl Run {
     /// What keeps the states of the search, into `destination`. What is kept for the way back changes no bit, so that a state knows no ceiling.
     fn keeper(&self, destination: &Destination, began_with: Option<Files>) -> Result<Keeper, Failure> {
         let planned = &self.planned;
-        let keeping = Keeping {
+        let kept = KeptSolve {
             method: NAME,
             problem: &planned.problem,
             precision: planned.precision,
@@ -193,7 +193,7 @@ impl Run {
             grows: false,
             state: planned.plan.saved_bytes(),
         };
-        keeping.keeper(&self.request, &self.options, destination, began_with)
+        kept.keeper(&self.request, &self.options, destination, began_with)
     }
 
     fn watch(&self) -> Result<Watch, Failure> {

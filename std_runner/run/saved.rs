@@ -183,7 +183,7 @@ impl Request {
 }
 
 /// What is planned of a solve whose states are kept.
-pub(crate) struct Keeping<'a> {
+pub(crate) struct KeptSolve<'a> {
     /// The word of its method.
     pub method: &'a str,
     pub problem: &'a OwnedProblem,
@@ -196,7 +196,7 @@ pub(crate) struct Keeping<'a> {
     pub state: usize,
 }
 
-impl Keeping<'_> {
+impl KeptSolve<'_> {
     /// What keeps the states of the solve of `request`, into `destination`, which `began_with` these files.
     pub fn keeper(
         &self,
@@ -252,7 +252,7 @@ impl Job {
     /// What keeps the states of the solve, into `destination`, which `began_with` these files.
     pub fn keeper(&self, destination: &Destination, began_with: Option<Inputs>) -> Result<Keeper, Failure> {
         let planned = &self.planned;
-        let keeping = Keeping {
+        let kept = KeptSolve {
             method: planned.params.method.name(),
             problem: &planned.problem,
             precision: planned.precision,
@@ -260,7 +260,7 @@ impl Job {
             grows: planned.windows.is_some(),
             state: planned.plan.saved_bytes(),
         };
-        keeping.keeper(&self.request, &self.options, destination, began_with)
+        kept.keeper(&self.request, &self.options, destination, began_with)
     }
 
     /// Hands `solver`, which has nothing yet, the state that is read.

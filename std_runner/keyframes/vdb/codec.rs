@@ -10,7 +10,7 @@ use crate::keyframes::error::Fault;
 
 /// How the values of a grid are kept.
 #[derive(Clone, Copy)]
-pub(super) struct Keeping {
+pub(super) struct Packing {
     /// Bits: 1 zip, 2 only active values, 4 Blosc.
     pub compression: u32,
     pub half: bool,
@@ -42,15 +42,15 @@ pub(super) fn values(
     bytes: &mut Bytes<'_>,
     count: usize,
     mask: Mask<'_>,
-    keeping: Keeping,
+    packing: Packing,
 ) -> Result<Vec<f32>, Fault> {
     let kind = bytes.byte()?;
     let mut first = if kind == 0 {
-        keeping.background
+        packing.background
     } else {
-        -keeping.background
+        -packing.background
     };
-    let mut second = keeping.background;
+    let mut second = packing.background;
     if matches!(kind, 2 | 4 | 5) {
         first = bytes.f32()?;
     }
@@ -65,8 +65,8 @@ pub(super) fn values(
     if kind > 6 {
         return Err(broken("a block of values is of an unknown kind"));
     }
-    let packed = keeping.compression & 2 != 0 && kind != 6;
-    let kept = block(bytes, if packed { mask.count() } else { count }, keeping)?;
+    let packed = packing.compression & 2 != 0 && kind != 6;
+    let kept = block(bytes, if packed { mask.count() } else { count }, packing)?;
     if !packed || kept.len() == count {
         return Ok(kept);
     }
@@ -88,14 +88,14 @@ pub(super) fn values(
     Ok((0..count).map(value).collect())
 }
 
-fn block(bytes: &mut Bytes<'_>, count: usize, keeping: Keeping) -> Result<Vec<f32>, Fault> {
-    let size = if keeping.half { 2 } else { 4 };
+fn block(bytes: &mut Bytes<'_>, count: usize, packing: Packing) -> Result<Vec<f32>, Fault> {
+    let size = if packing.half { 2 } else { 4 };
     // Nothing at all stands for no half values, a length of 0 for no full ones.
-    if keeping.half && count == 0 {
+    if packing.half && count == 0 {
         return Ok(Vec::new());
     }
     let wanted = count * size;
-    let raw = if keeping.compression & 5 == 0 {
+    let raw = if packing.compression & 5 == 0 {
         bytes.take(wanted)?.to_vec()
     } else {
         let length = bytes.i64()?;
@@ -103,7 +103,7 @@ fn block(bytes: &mut Bytes<'_>, count: usize, keeping: Keeping) -> Result<Vec<f3
         let held = bytes.take(held)?;
         let raw = if length <= 0 {
             held.to_vec()
-        } else if keeping.compression & 4 != 0 {
+        } else if packing.compression & 4 != 0 {
             blosc(held, wanted)?
         } else {
             let mut raw = Vec::with_capacity(wanted);

@@ -1,7 +1,7 @@
 //! The file around the trees: which grids there are, how they are kept and where they lie in the world.
 
 use super::bytes::{Bytes, broken, short};
-use super::codec::Keeping;
+use super::codec::Packing;
 use crate::keyframes::error::Fault;
 
 /// The grid that is smoke where nothing is said.
@@ -12,7 +12,7 @@ const TREE: &str = "Tree_float_5_4_3";
 /// A grid of floats, before its tree is read.
 pub(super) struct Grid<'a> {
     pub name: String,
-    pub keeping: Keeping,
+    pub packing: Packing,
     /// Whether its values are distances to a surface, negative inside.
     pub level_set: bool,
     /// Side of a voxel along each axis, and where the middle of voxel 0 is.
@@ -155,7 +155,7 @@ fn opened<'a>(file: &'a [u8], entry: &Entry) -> Result<Grid<'a>, Fault> {
     }
     Ok(Grid {
         name: entry.name.clone(),
-        keeping: Keeping {
+        packing: Packing {
             compression,
             half,
             background: 0.0,

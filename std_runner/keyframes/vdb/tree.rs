@@ -1,7 +1,7 @@
 //! The tree of a grid: a root, nodes of 32^3 and of 16^3 places, leaves of 8^3 voxels, and tiles, places that are one value all over.
 
 use super::bytes::{Bytes, broken};
-use super::codec::{Keeping, Mask, values};
+use super::codec::{Mask, Packing, values};
 use super::container::Grid;
 use crate::keyframes::error::Fault;
 use std::collections::BTreeSet;
@@ -42,9 +42,9 @@ pub(super) fn walk<'a>(
         return Err(broken("it has several buffers"));
     }
     let background = bytes.f32()?;
-    let keeping = Keeping {
+    let packing = Packing {
         background,
-        ..grid.keeping
+        ..grid.packing
     };
     let (tiles, children) = (bytes.u32()?, bytes.u32()?);
     // No voxel is in two places: what says so again and again would fill the box again and again.
@@ -72,14 +72,14 @@ pub(super) fn walk<'a>(
     let mut leaves = Vec::new();
     for _ in 0..children {
         let at = corner(&mut bytes)?;
-        upper(&mut bytes, at, keeping, &mut leaves, &mut |part| {
+        upper(&mut bytes, at, packing, &mut leaves, &mut |part| {
             with(background, part)
         })?;
     }
     let mut buffers = grid.buffers;
     for at in leaves {
         let active = Mask(buffers.take(64)?);
-        let values = values(&mut buffers, 512, active, keeping)?;
+        let values = values(&mut buffers, 512, active, packing)?;
         with(background, Part::Leaf { at, values, active })?;
     }
     Ok(())
@@ -106,16 +106,16 @@ fn node<'a>(
     bytes: &mut Bytes<'a>,
     at: Corner,
     sizes: (u32, u32),
-    keeping: Keeping,
+    packing: Packing,
     with: With<'_, 'a>,
 ) -> Result<Vec<Corner>, Fault> {
     let count = 1_usize << (3 * sizes.1);
     let children = Mask(bytes.take(count / 8)?);
     let active = Mask(bytes.take(count / 8)?);
-    let values = values(bytes, count, active, keeping)?;
+    let values = values(bytes, count, active, packing)?;
     for (index, value) in values.into_iter().enumerate() {
         // What is inactive and as the background is nothing.
-        if !children.is_on(index) && (active.is_on(index) || value != keeping.background) {
+        if !children.is_on(index) && (active.is_on(index) || value != packing.background) {
             let at = place(at, index, sizes);
             with(Part::Tile {
                 at,
@@ -131,12 +131,12 @@ fn node<'a>(
 fn upper<'a>(
     bytes: &mut Bytes<'a>,
     at: Corner,
-    keeping: Keeping,
+    packing: Packing,
     leaves: &mut Vec<Corner>,
     with: With<'_, 'a>,
 ) -> Result<(), Fault> {
-    for child in node(bytes, at, UPPER, keeping, with)? {
-        for leaf in node(bytes, child, MIDDLE, keeping, with)? {
+    for child in node(bytes, at, UPPER, packing, with)? {
+        for leaf in node(bytes, child, MIDDLE, packing, with)? {
             bytes.take(64)?;
             leaves.push(leaf);
         }
