@@ -9,6 +9,13 @@ use core::fmt;
 /// Why ranks cannot share a problem.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ShareError {
+    /// There is no such rank.
+    Rank {
+        /// The rank.
+        rank: usize,
+        /// How many there are said to be.
+        ranks: usize,
+    },
     /// The method cannot.
     Method {
         /// Its name.
@@ -31,6 +38,10 @@ pub enum ShareError {
 impl fmt::Display for ShareError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Rank { rank, ranks } => write!(
+                f,
+                "rank {rank} is none of {ranks} ranks, which count from 0; give a rank below their number"
+            ),
             Self::Method { method } => write!(
                 f,
                 "the method {method} cannot be shared by ranks as it is; simulate can, and direct with nested = false, or take one rank and more threads"
@@ -61,9 +72,15 @@ impl Problem<'_> {
     /// # Errors
     /// [`ShareError`].
     pub(super) fn check_share(&self) -> Result<(), ShareError> {
-        let Some(Share { ranks, .. }) = self.share.filter(|_| self.is_shared()) else {
+        let Some(Share { rank, ranks }) = self.share else {
             return Ok(());
         };
+        if rank >= ranks {
+            return Err(ShareError::Rank { rank, ranks });
+        }
+        if !self.is_shared() {
+            return Ok(());
+        }
         let planes = self.cells.last().copied().unwrap_or(1);
         if planes / THINNEST < ranks {
             return Err(ShareError::Thin { ranks, planes });

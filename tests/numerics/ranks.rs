@@ -341,6 +341,15 @@ fn what_ranks_cannot_share_is_refused() {
         refused(&thin.problem(share), simulate()),
         PlanError::Problem(ProblemError::Share(ShareError::Thin { ranks: 4, planes: 7 }))
     );
+    for (rank, ranks) in [(4, 4), (1, 1), (0, 0)] {
+        let share = Share { rank, ranks };
+        let error = refused(&QUICK_2D.problem(Some(share)), simulate());
+        assert_eq!(
+            error,
+            PlanError::Problem(ProblemError::Share(ShareError::Rank { rank, ranks }))
+        );
+        assert!(error.to_string().contains("count from 0"), "{error}");
+    }
     let limited = Case {
         scheme: Scheme::Limited,
         ..QUICK_2D
