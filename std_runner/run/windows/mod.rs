@@ -36,9 +36,10 @@ impl Job {
             None => ahead::look::<T, S>(self, exec, block, &destination)?,
         };
         let mut keeper = self.keeper(&destination, began_with)?;
-        let aside = match keeper.beside_states()? {
-            Some(folder) => Aside::within(folder.to_owned()),
-            None => destination.aside()?,
+        // A state goes on with the files beside it: where they are elsewhere, none is kept at the end either.
+        let (aside, are_beside) = match keeper.beside_states()? {
+            Some(folder) => (Aside::within(folder.to_owned()), true),
+            None => (destination.aside()?, false),
         };
         let mut reading = self.request.found.as_ref().map(Reading::new).transpose()?;
         let mut walk = Walk::new(self, aside, exec, T::PRECISION)?;
@@ -99,7 +100,7 @@ impl Job {
             watch.display.close();
             let how = (ended == Status::Cancelled, false);
             let states = end
-                .filter(|_| matches!(keeper.beside_states(), Ok(Some(_))))
+                .filter(|_| are_beside)
                 .and_then(|words| keeper.keep_end(how, &words, &mut |file| walk.write(file)));
             return Err(messages::unwritten(failure, states.as_deref()));
         }
