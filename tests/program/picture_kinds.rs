@@ -7,6 +7,9 @@ use std::fs;
 use std::io::Write;
 use std::path::Path;
 use thurible::keyframes::{Canvas, Note, ShapeSpec};
+use tiff::encoder::colortype::{ColorType, Gray16, Gray32Float};
+use tiff::encoder::{TiffEncoder, TiffValue};
+use tiff::tags::Tag;
 
 const SIDE: u32 = 64;
 
@@ -44,9 +47,9 @@ fn write_all(base: &Path) -> Vec<&'static str> {
         .unwrap();
     let mut file = fs::File::create(base.join("matte.tif")).unwrap();
     let matte: Vec<f32> = wide.iter().map(|level| f32::from(*level) / 65535.0).collect();
-    tiff::encoder::TiffEncoder::new(&mut file)
+    TiffEncoder::new(&mut file)
         .unwrap()
-        .write_image::<tiff::encoder::colortype::Gray32Float>(SIDE, SIDE, &matte)
+        .write_image::<Gray32Float>(SIDE, SIDE, &matte)
         .unwrap();
     clear
         .save_with_format(base.join("a.webp"), ImageFormat::WebP)
@@ -120,6 +123,48 @@ fn every_kind_of_picture_gives_the_disc() {
         };
         assert!(notes[0].text.contains(taken), "{name}: {notes:?}");
     }
+}
+
+/// A TIFF of these levels, with its tag of orientation.
+fn write_turned<C: ColorType>(path: &Path, turn: u16, levels: &[C::Inner])
+where
+    [C::Inner]: TiffValue,
+{
+    let mut file = fs::File::create(path).unwrap();
+    let mut encoder = TiffEncoder::new(&mut file).unwrap();
+    let mut picture = encoder.new_image::<C>(4, 3).unwrap();
+    picture.encoder().write_tag(Tag::Orientation, turn).unwrap();
+    picture.write_data(levels).unwrap();
+}
+
+#[test]
+fn mattes_are_turned_as_other_tiffs_are() {
+    let base = folder("picture_turns");
+    let levels: Vec<u16> = (0..12).map(|index| 5461 * index).collect();
+    let matte: Vec<f32> = levels.iter().map(|&level| f32::from(level) / 65535.0).collect();
+    let mut seen = Vec::new();
+    // 9 is no orientation, and turns nothing.
+    for turn in 1..=9 {
+        write_turned::<Gray16>(&base.join("wide.tif"), turn, &levels);
+        write_turned::<Gray32Float>(&base.join("matte.tif"), turn, &matte);
+        let [wanted, found] = ["wide.tif", "matte.tif"].map(|name| draw(&base, name).0);
+        let apart = wanted
+            .iter()
+            .zip(&found)
+            .map(|(wanted, cell)| (wanted - cell).abs());
+        assert!(apart.fold(0.0, f64::max) < 1e-6, "orientation {turn}");
+        assert!(
+            turn == 9 || !seen.contains(&wanted),
+            "orientation {turn} is an earlier one"
+        );
+        seen.push(wanted);
+    }
+    assert_eq!(seen[0], seen[8]);
+    // By six, what is stored at the left of the top is at the right of it, and what is at the left of the bottom at the left of the top.
+    let cells = &seen[5];
+    let top = &cells[63 * 64..];
+    let drawn: Vec<f64> = top.iter().copied().filter(|&cell| cell > 1e-3).collect();
+    assert!((drawn[0] - 8.0 / 12.0).abs() < 0.01, "{drawn:?}");
 }
 
 #[test]

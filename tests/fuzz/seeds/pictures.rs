@@ -5,6 +5,7 @@ use image::{DynamicImage, ImageFormat, Luma, LumaA, Rgb, Rgba};
 use std::io::Cursor;
 use std::path::Path;
 use tiff::encoder::{Compression as Packing, DeflateLevel, Predictor, TiffEncoder, colortype};
+use tiff::tags::Tag;
 
 /// Pictures of each kind of pixel.
 pub fn pngs(_: &Path) -> Vec<Vec<u8>> {
@@ -108,7 +109,18 @@ pub fn tiffs(_: &Path) -> Vec<Vec<u8>> {
         .write_image::<colortype::RGB32Float>(8, 8, &levels)
         .unwrap();
     files.push(file.into_inner());
+    files.push(matte(&levels));
     files
+}
+
+/// One number a pixel, to be turned.
+fn matte(levels: &[f32]) -> Vec<u8> {
+    let mut file = Cursor::new(Vec::new());
+    let mut encoder = TiffEncoder::new(&mut file).unwrap();
+    let mut picture = encoder.new_image::<colortype::Gray32Float>(24, 8).unwrap();
+    picture.encoder().write_tag(Tag::Orientation, 6_u16).unwrap();
+    picture.write_data(levels).unwrap();
+    file.into_inner()
 }
 
 /// EXR: packed in each way.
