@@ -136,10 +136,12 @@ fn tried(reader: &Reader, [place, work]: [&Path; 2], runs: u64, random: &mut Ran
             fs::write(&path, &bytes).unwrap();
         }
         let before = memory::begin();
+        memory::give(reader.given);
         BEGUN.store(0, Ordering::SeqCst);
         let begun = Instant::now();
         let read = catch_unwind(AssertUnwindSafe(|| (reader.read)(&path, &bytes)));
         let (took, took_memory) = (begun.elapsed(), memory::most_since(before));
+        memory::give(usize::MAX);
         BEGUN.store(u64::MAX, Ordering::SeqCst);
         slowest = slowest.max(took);
         most = most.max(took_memory.saturating_sub(16 * bytes.len()));

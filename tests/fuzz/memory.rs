@@ -1,4 +1,4 @@
-//! An allocator that knows how much there is, and how much there was at most.
+//! An allocator that knows how much there is, and how much there was at most; and a machine that gives no more than so much at once.
 #![allow(unsafe_code, reason = "a global allocator that counts")]
 
 use core::alloc::{GlobalAlloc, Layout};
@@ -7,6 +7,7 @@ use std::alloc::System;
 
 static NOW: AtomicUsize = AtomicUsize::new(0);
 static MOST: AtomicUsize = AtomicUsize::new(0);
+static GIVEN: AtomicUsize = AtomicUsize::new(usize::MAX);
 
 struct Counting;
 
@@ -15,9 +16,12 @@ fn more(bytes: usize) {
     MOST.fetch_max(now, Ordering::Relaxed);
 }
 
-// SAFETY: every call is handed on to the system's allocator as it is.
+// SAFETY: every call is handed on to the system's allocator as it is, but for those that get nothing.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        if layout.size() > GIVEN.load(Ordering::Relaxed) {
+            return core::ptr::null_mut();
+        }
         // SAFETY: as above.
         let start = unsafe { System.alloc(layout) };
         if !start.is_null() {
@@ -35,6 +39,11 @@ unsafe impl GlobalAlloc for Counting {
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
+
+/// From now on no more than `most` bytes are given at once.
+pub fn give(most: usize) {
+    GIVEN.store(most, Ordering::Relaxed);
+}
 
 /// Begins to count; what there is now.
 pub fn begin() -> usize {

@@ -23,6 +23,8 @@ pub struct Reader {
     pub mend: fn(&mut [u8], &mut Random),
     /// Of how many runs one is made, where one takes long.
     pub dear: u64,
+    /// Bytes that the machine gives at once.
+    pub given: usize,
     /// Whether it accepts them.
     pub read: fn(&Path, &[u8]) -> bool,
 }
@@ -57,7 +59,10 @@ pub const READERS: &[Reader] = &[
     Reader::of("gltf", "a.gltf", bodies::gltfs, shapes::gltf).text(),
     Reader::of("glb", "a.glb", bodies::glbs, shapes::glb),
     Reader::of("vdb", "a.vdb", bodies::volumes, shapes::volume).dear(4),
-    Reader::of("vdb_frames", "v.vdb", bodies::volumes, shapes::volumes).dear(4),
+    // A frame is an array of its own size, whatever its file takes, and is to be refused where the machine does not give as much.
+    Reader::of("vdb_frames", "v.vdb", bodies::volumes, shapes::volumes)
+        .dear(4)
+        .given(32 << 20),
     Reader::of("condense", "c.toml", texts::condensed, commands::condensed)
         .text()
         .dear(4),
@@ -106,6 +111,7 @@ impl Reader {
             seeds,
             mend: mend::nothing,
             dear: 1,
+            given: usize::MAX,
             read,
         }
     }
@@ -123,5 +129,9 @@ impl Reader {
 
     const fn dear(self, dear: u64) -> Self {
         Self { dear, ..self }
+    }
+
+    const fn given(self, given: usize) -> Self {
+        Self { given, ..self }
     }
 }
