@@ -2,7 +2,7 @@
 
 use super::{Feature, Problem};
 use crate::grid::Share;
-use crate::grid::part::THINNEST;
+use crate::memory::part::THINNEST;
 use crate::words::Named;
 use core::fmt;
 

@@ -9,7 +9,7 @@ use thurible_core::field::borders::refresh;
 use thurible_core::grid::{Grid, Share};
 use thurible_core::{
     Advection, Boundary, D2, D3, Emitter, Exec, Method, Params, Plan, PlanError, Problem, ProblemError, Real,
-    Scheme, Serial, ShareError, Silent, Solver, Space, Status, Supply,
+    SavedError, Scheme, Serial, ShareError, Silent, Solver, Space, Status, Supply,
 };
 
 const W: Boundary = Boundary::Wall;
@@ -99,6 +99,17 @@ impl Case {
 
     /// Everything that the first rank can read, bit by bit; nothing of the others.
     fn bits<T: Real, S: Space>(&self, exec: &dyn Exec, ranks: Option<&Channels>) -> Vec<u64> {
+        self.with::<T, S, _>(exec, ranks, |solver, exec| self.solved(solver, exec))
+            .unwrap_or_default()
+    }
+
+    /// What `work` makes of a solver in the first rank, which the others follow.
+    fn with<T: Real, S: Space, R>(
+        &self,
+        exec: &dyn Exec,
+        ranks: Option<&Channels>,
+        work: impl FnOnce(&mut Solver<'_, T, S>, &dyn Exec) -> R,
+    ) -> Option<R> {
         let share = ranks.map(|ranks| Share {
             rank: ranks.rank(),
             ranks: ranks.count(),
@@ -108,20 +119,21 @@ impl Case {
         let mut memory = Memory::new(plan.bytes());
         let mut solver = Solver::<T, S>::new(&problem, &params, memory.block()).unwrap();
         let Some(ranks) = ranks else {
-            return self.solved(&mut solver, exec);
+            return Some(work(&mut solver, exec));
         };
         solver.share(ranks);
         let exec = &Together::new(exec, ranks);
         if ranks.rank() > 0 {
             solver.follow(exec);
-            return Vec::new();
+            return None;
         }
-        let bits = self.solved(&mut solver, exec);
+        let done = work(&mut solver, exec);
         solver.dismiss();
-        bits
+        Some(done)
     }
 
-    fn solved<T: Real, S: Space>(&self, solver: &mut Solver<'_, T, S>, exec: &dyn Exec) -> Vec<u64> {
+    /// Gives a solver all that it needs.
+    fn begin<T: Real, S: Space>(&self, solver: &mut Solver<'_, T, S>, exec: &dyn Exec) -> Vec<u64> {
         self.set(solver);
         let mut bits = Vec::new();
         for index in 0..if self.steered { 2 } else { 0 } {
@@ -129,6 +141,18 @@ impl Case {
             bits.push(factor.unwrap().to_bits());
         }
         bits.push(solver.prepare(exec).unwrap().to_bits());
+        bits
+    }
+
+    fn solved<T: Real, S: Space>(&self, solver: &mut Solver<'_, T, S>, exec: &dyn Exec) -> Vec<u64> {
+        let mut bits = self.begin(solver, exec);
+        bits.extend(self.rest(solver, exec));
+        bits
+    }
+
+    /// What is still done to the end, and the result.
+    fn rest<T: Real, S: Space>(&self, solver: &mut Solver<'_, T, S>, exec: &dyn Exec) -> Vec<u64> {
+        let mut bits = Vec::new();
         let status = solver.solve(exec, &mut Silent, &mut |progress| {
             bits.push(progress.objective.total().to_bits());
         });
@@ -188,6 +212,57 @@ impl Case {
     }
 }
 
+/// What a solver is saved as.
+fn saved<T: Real, S: Space>(solver: &mut Solver<'_, T, S>) -> Vec<u8> {
+    let mut bytes = vec![0xEE; solver.saved_bytes()];
+    solver.save(&mut bytes).unwrap();
+    bytes
+}
+
+impl Case {
+    /// From the states that one program saves, or some ranks, any other number goes on with the same bits.
+    fn goes_on<T: Real, S: Space>(&self, counts: &[usize]) {
+        let states = |ranks: Option<&Channels>| {
+            self.with::<T, S, _>(&Serial, ranks, |solver, exec| {
+                self.begin(solver, exec);
+                let mut states = vec![saved(solver)];
+                while solver.step(exec, &mut Silent).status.is_none() {
+                    states.push(saved(solver));
+                }
+                states
+            })
+        };
+        let rest = |bytes: &[u8], ranks: Option<&Channels>| {
+            self.with::<T, S, _>(&Serial, ranks, |solver, exec| {
+                solver.restore(bytes).unwrap();
+                assert!(saved(solver) == bytes, "{self:?} is saved as something else");
+                self.rest(solver, exec)
+            })
+        };
+        let in_all = |count: usize, bytes: &[u8]| {
+            let found = with_ranks(count, |ranks| rest(bytes, (count > 1).then_some(ranks)));
+            found.into_iter().next().flatten()
+        };
+        let alone = states(None).unwrap();
+        for &count in counts {
+            let shared = with_ranks(count, |ranks| states(Some(ranks)))
+                .swap_remove(0)
+                .unwrap();
+            assert_eq!(shared.len(), alone.len());
+            for (step, (alone, shared)) in alone.iter().zip(&shared).enumerate() {
+                let expected = in_all(1, alone);
+                for (bytes, ranks) in [(shared, 1), (alone, count), (shared, count + 1)] {
+                    let found = in_all(ranks, bytes);
+                    assert!(
+                        found == expected,
+                        "{ranks} of {count} ranks from step {step} of {self:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
 fn simulate() -> Params {
     Params {
         method: Method::Simulate,
@@ -242,6 +317,49 @@ fn steered() {
         ..space
     };
     quick.ranks_agree::<f64, D3>(&[3]);
+}
+
+#[test]
+fn states_of_any_number_of_ranks() {
+    let plane = Case {
+        steered: true,
+        ..QUICK_2D
+    };
+    plane.goes_on::<f64, D2>(&[2, 4]);
+    let space = Case {
+        steered: true,
+        steps: 4,
+        ends: &[W, P, P],
+        ..LIMITED_3D
+    };
+    space.goes_on::<f32, D3>(&[2, 3]);
+    QUICK_2D.goes_on::<f32, D2>(&[3]);
+}
+
+/// A sink or a source that refuses ends nothing but the pass: all ranks know it, and go on.
+#[test]
+fn a_state_that_cannot_be_kept_or_read_ends_no_rank() {
+    let case = Case {
+        steered: true,
+        ..QUICK_2D
+    };
+    let alone = case.bits::<f64, D2>(&Serial, None);
+    let found = with_ranks(3, |ranks| {
+        case.with::<f64, D2, _>(&Serial, Some(ranks), |solver, exec| {
+            let mut bits = case.begin(solver, exec);
+            let mut short = vec![0; solver.saved_bytes() / 2];
+            assert_eq!(solver.save_to(&mut &mut short[..]), Err(SavedError::Refused));
+            let whole = saved(solver);
+            let half = &whole[..whole.len() / 2];
+            assert_eq!(solver.restore_from(&mut &*half), Err(SavedError::Refused));
+            // Half of it is another state now.
+            assert_eq!(solver.step(exec, &mut Silent).status, Some(Status::NotReady));
+            solver.restore(&whole).unwrap();
+            bits.extend(case.rest(solver, exec));
+            bits
+        })
+    });
+    assert!(found[0].as_ref() == Some(&alone));
 }
 
 #[test]

@@ -10,6 +10,7 @@
 //! exact in time for a flow at rest; it begins on coarser grids (see [`crate::objective::coarse`]) in the bytes of the finest grid's work.
 
 mod descend;
+mod kept;
 mod level;
 pub mod params;
 mod setup;
@@ -21,7 +22,7 @@ use crate::checkpoint::{Damaged, MANY, Mix, Record};
 use crate::exec::Exec;
 use crate::field::Vector;
 use crate::grid::Space;
-use crate::memory::{Layout, TooSmall};
+use crate::memory::{Layout, TooSmall, Visit};
 use crate::method::animation::Animation;
 use crate::method::contract::{Contract, Measure, Parts, fits, pairs_that_fit};
 use crate::method::params::Params;
@@ -36,7 +37,7 @@ use crate::real::Real;
 use core::marker::PhantomData;
 use params::{DirectParams, coarse_iterations};
 use setup::Setup;
-use sizes::{Sizes, Threads, kept};
+use sizes::{Sizes, Threads};
 
 /// Their tolerance in parts of the finest grid's: a plateau there is seldom the end, and to go on costs little.
 const COARSE_TOLERANCE: f64 = 1e-2;
@@ -200,13 +201,21 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
             pivots,
             setup,
             threads,
+            level,
             ..
         } = self;
         let sums = setup.history.sums_per_row() * setup.grid.rows();
         animation.layout(layout, sums)?;
         layout.work("pivots in time", pivots, animation.slots)?;
         let levels = &animation.levels;
-        layout.in_turn(rest, kept(levels, setup, threads), |ledger| {
+        let (len, level) = (kept::len(levels, setup, threads.len() - 1), *level);
+        let show = |rest: &mut [T], visit: &mut dyn Visit<T>| {
+            // Before the first iteration nothing is there.
+            if let Some(level) = level {
+                kept::show(levels, setup, level, rest, visit);
+            }
+        };
+        layout.in_turn_with(rest, (len, show), |ledger| {
             let finest = setup.flow.sweep.threads;
             Sizes::<T>::measure(levels, setup, 0, finest, ledger);
             if threads.len() > 1 {

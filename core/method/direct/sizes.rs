@@ -65,27 +65,6 @@ fn elements<T: Real>(measure: impl FnOnce(&mut Ledger)) -> usize {
     ledger.elements(T::BYTES)
 }
 
-/// Elements of the finest grid's rest in which one iteration finds what the one before left, on whichever grid that is: the data of
-/// the grids down to it, and quasi-Newton's fields on it. Behind them is work.
-pub fn kept<T: Real>(levels: &Levels<'_, T>, setup: &Setup, threads: &Threads) -> usize {
-    let fields = |level: usize| {
-        elements::<T>(|ledger| {
-            let mut pool = Pool::<T>::measuring(ledger);
-            quasi_newton::fields::take(
-                &levels.grids[level],
-                slots_on(setup, level),
-                setup.history,
-                &mut pool,
-            );
-        })
-    };
-    let coarser = (1..threads.len()).scan(0, |above, level| {
-        *above += Sizes::<T>::new(levels, setup, level, 1).data;
-        Some(*above + fields(level))
-    });
-    coarser.fold(fields(0), usize::max)
-}
-
 /// Threads on each grid that takes part, finest first.
 #[derive(Clone, Debug)]
 pub struct Threads(heapless::Vec<usize, MAX_LEVELS>);
