@@ -104,15 +104,6 @@ impl From<Refused> for Broken {
     }
 }
 
-/// What ranks do with their parts of a state.
-#[derive(Clone, Copy, Debug)]
-pub enum Kind {
-    /// They are saved.
-    Save,
-    /// They are restored, after this head.
-    Restore([u8; HEAD]),
-}
-
 enum Pass<'a> {
     Write(&'a mut dyn Sink),
     Read(&'a mut dyn Source),
@@ -187,14 +178,22 @@ impl<'a> Record<'a> {
         Self::new(Pass::Receive, head)
     }
 
-    /// What ranks do with their parts; nothing where bytes are only checked.
+    /// Whether nothing becomes what is read, so that one rank reads it alone.
     #[must_use]
-    pub fn kind(&self) -> Option<Kind> {
-        match self.pass {
-            Pass::Write(_) | Pass::Send => Some(Kind::Save),
-            Pass::Read(_) | Pass::Receive => Some(Kind::Restore(self.block)),
-            Pass::Check(_) => None,
-        }
+    pub fn is_checked(&self) -> bool {
+        matches!(self.pass, Pass::Check(_))
+    }
+
+    /// Whether fields become what is read.
+    #[must_use]
+    pub fn is_read(&self) -> bool {
+        matches!(self.pass, Pass::Read(_) | Pass::Receive)
+    }
+
+    /// The head, until a buffer passes.
+    #[must_use]
+    pub fn head(&self) -> [u8; HEAD] {
+        self.block
     }
 
     /// A word of the head.
@@ -271,11 +270,6 @@ impl<'a> Record<'a> {
         if len > 0 {
             self.at += self.left + CHECK;
         }
-    }
-
-    /// Whether fields become what is read.
-    fn is_read(&self) -> bool {
-        matches!(self.pass, Pass::Read(_) | Pass::Receive)
     }
 
     /// The next elements of the buffer, so many, of which others have parts: they can be checked, but what one rank has is no state.

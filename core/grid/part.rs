@@ -97,6 +97,30 @@ impl Grid {
     }
 }
 
+impl Grid {
+    /// Which value along an axis of the whole box value `i` of this grid is.
+    #[must_use]
+    pub fn in_whole(&self, axis: usize, i: usize) -> usize {
+        let cells = self.whole_axis(axis).cells().max(1) as isize;
+        (self.first_plane(axis) + i as isize).rem_euclid(cells) as usize
+    }
+
+    /// Where value `i` along an axis of the whole box is in this grid, if it is.
+    #[must_use]
+    pub fn here(&self, axis: usize, i: usize) -> Option<usize> {
+        if self.part.is_none() {
+            return Some(i);
+        }
+        let (whole, at) = (self.whole_axis(axis), i as isize - self.first_plane(axis));
+        let at = if whole.is_ring() {
+            at.rem_euclid(whole.cells().max(1) as isize)
+        } else {
+            at
+        };
+        usize::try_from(at).ok().filter(|&at| at < self.n[axis])
+    }
+}
+
 /// How the last axis of a box that ranks share ends: no open box is shared.
 fn ends(part: Part) -> Boundary {
     if part.ring {

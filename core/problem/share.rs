@@ -33,7 +33,7 @@ impl fmt::Display for ShareError {
         match self {
             Self::Method { method } => write!(
                 f,
-                "the method {method} cannot be shared by ranks as it is; simulate can, and direct with nested = false, or take one rank and more threads"
+                "the method {method} cannot be shared by ranks; simulate and direct can, or take one rank and more threads"
             ),
             Self::Feature { feature } => write!(
                 f,

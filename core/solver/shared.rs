@@ -4,7 +4,7 @@
 //! that takes them all it tells the others its verb.
 
 use super::layout::FileLayout;
-use crate::checkpoint::{Among, Kind, Record};
+use crate::checkpoint::{Among, Record};
 use crate::exec::ranks::{in_order, swap, tell};
 use crate::exec::{Ranks, Serial, Together};
 use crate::field::rows::{part, part_mut};
@@ -103,16 +103,16 @@ impl<T: Real> Shared<'_, T> {
     /// The ranks that pass over a state together, after the first one has asked for it; none where there are no others, or where bytes are only
     /// checked.
     pub fn pass(&mut self, record: &Record<'_>) -> Option<Among<'_, T>> {
-        let (ranks, kind) = (self.ranks?, record.kind()?);
-        match kind {
-            Kind::Save => self.ask(Verb::Save, [0; 3]),
-            Kind::Restore(mut head) => {
-                self.ask(Verb::Restore, [0; 3]);
-                // The others were told before they began to pass over theirs.
-                if self.is_first() {
-                    tell(ranks, 0, &mut head);
-                }
-            }
+        let ranks = self.ranks.filter(|_| !record.is_checked())?;
+        let verb = if record.is_read() {
+            Verb::Restore
+        } else {
+            Verb::Save
+        };
+        self.ask(verb, [0; 3]);
+        // The others were told the head before they began to pass over theirs.
+        if record.is_read() && self.is_first() {
+            tell(ranks, 0, &mut record.head());
         }
         Some(Among {
             ranks,

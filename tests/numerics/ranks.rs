@@ -19,6 +19,8 @@ const P: Boundary = Boundary::Periodic;
 #[derive(Clone, Copy, Debug)]
 struct Case {
     steered: bool,
+    /// Whether the search begins on coarser grids.
+    nested: bool,
     cells: &'static [usize],
     ends: &'static [Boundary],
     scheme: Scheme,
@@ -42,7 +44,12 @@ const EMITTERS: [Emitter; 2] = [
 
 impl Case {
     fn problem(&self, share: Option<Share>) -> Problem<'_> {
-        let keyframes: &[usize] = if self.steered { &[2, 4] } else { &[] };
+        let keyframes: &[usize] = match (self.steered, self.nested) {
+            (false, _) => &[],
+            (true, false) => &[2, 4],
+            // Two steps are one on coarser grids.
+            (true, true) => &[4, 6],
+        };
         Problem {
             steps: self.steps,
             // What is filled up to a target has no mass that a keyframe could take.
@@ -64,7 +71,8 @@ impl Case {
         let mut params = simulate();
         if self.steered {
             (params.method, params.iterations) = (Method::Direct, 4);
-            params.direct.nested = false;
+            params.direct.nested = self.nested;
+            params.direct.coarse_iterations = Some(3);
         }
         params
     }
@@ -272,6 +280,7 @@ fn simulate() -> Params {
 
 const QUICK_2D: Case = Case {
     steered: false,
+    nested: false,
     cells: &[14, 13],
     ends: &[P, W],
     scheme: Scheme::Quick,
@@ -279,6 +288,7 @@ const QUICK_2D: Case = Case {
 };
 const LIMITED_3D: Case = Case {
     steered: false,
+    nested: false,
     cells: &[9, 7, 8],
     ends: &[W, P, W],
     scheme: Scheme::Limited,
@@ -317,6 +327,46 @@ fn steered() {
         ..space
     };
     quick.ranks_agree::<f64, D3>(&[3]);
+}
+
+/// Three grids in 2D, two in 3D: of the coarser ones ranks have parts, or all of each where there are too many of them.
+const NESTED_2D: Case = Case {
+    steered: true,
+    nested: true,
+    cells: &[64, 32],
+    ends: &[P, W],
+    scheme: Scheme::Quick,
+    steps: 6,
+};
+const NESTED_3D: Case = Case {
+    cells: &[16, 16, 16],
+    ends: &[W, P, P],
+    ..NESTED_2D
+};
+
+#[test]
+fn nested() {
+    let levels = NESTED_2D
+        .with::<f64, D2, _>(&Serial, None, |solver, exec| {
+            NESTED_2D.begin(solver, exec);
+            solver.step(exec, &mut Silent).level
+        })
+        .unwrap();
+    assert_eq!(levels, 2);
+    NESTED_2D.ranks_agree::<f64, D2>(&[2, 3, 5, 9]);
+    let ring = Case {
+        ends: &[W, P],
+        steps: 7,
+        ..NESTED_2D
+    };
+    ring.ranks_agree::<f32, D2>(&[3, 6, 15]);
+    NESTED_3D.ranks_agree::<f32, D3>(&[2, 3, 5]);
+}
+
+#[test]
+fn states_on_coarser_grids() {
+    NESTED_2D.goes_on::<f32, D2>(&[5]);
+    NESTED_3D.goes_on::<f32, D3>(&[3]);
 }
 
 #[test]
@@ -469,8 +519,8 @@ fn what_ranks_cannot_share_is_refused() {
     };
     let error = refused(&solids, simulate()).to_string();
     assert!(error.contains("solid cells"), "{error}");
-    let direct = Params {
-        method: Method::Direct,
+    let admm = Params {
+        method: Method::Admm,
         ..simulate()
     };
     let keyframe = Problem {
@@ -478,8 +528,8 @@ fn what_ranks_cannot_share_is_refused() {
         emitters: &[],
         ..QUICK_2D.problem(share)
     };
-    let error = refused(&keyframe, direct).to_string();
-    assert!(error.contains("direct cannot be shared by ranks"), "{error}");
+    let error = refused(&keyframe, admm).to_string();
+    assert!(error.contains("admm cannot be shared by ranks"), "{error}");
 }
 
 #[test]
