@@ -11,7 +11,12 @@ pub(crate) fn chosen(
     began_under: Option<Option<usize>>,
 ) -> Params {
     let before = began_under.map(|ceiling| Params { ceiling, ..*params });
-    let before = before.and_then(|params| problem.plan(&params, precision).ok());
+    // They were those of one program, or of ranks that made them as one program does that has enough.
+    let alone = OwnedProblem {
+        share: None,
+        ..problem.clone()
+    };
+    let before = before.and_then(|params| alone.plan(&params, precision).ok());
     before.map_or(*params, |plan| Params {
         direct: DirectParams {
             history: plan.params().direct.history,

@@ -49,9 +49,10 @@ pub struct Planned {
 }
 
 impl Planned {
-    /// The ceiling that choices are made under.
+    /// The ceiling that choices are made under: none by ranks, which all make the same ones.
     pub fn choosing_ceiling(&self) -> Option<usize> {
-        self.began_under.unwrap_or(self.params.ceiling)
+        let now = self.params.ceiling.filter(|_| self.problem.share.is_none());
+        self.began_under.unwrap_or(now)
     }
 
     /// `params` for a part of the problem, with the choices of the solve that goes on.

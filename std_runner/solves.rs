@@ -1,6 +1,5 @@
 //! The door of all scenes: each goes to what plans and solves it.
 
-use crate::checkpoint::Every;
 use crate::destination::refuse_result;
 use crate::exit::Failure;
 use crate::plan::PlanOptions;
@@ -9,10 +8,9 @@ use crate::scene::Scene;
 use crate::{fluids, plan};
 
 /// Solves the scene of `request` into its folder.
-pub(crate) fn solve(options: &RunOptions, mut request: Request) -> Result<Outcome, Failure> {
+pub(crate) fn solve(options: &RunOptions, request: Request) -> Result<Outcome, Failure> {
     if options.ranks.is_some() {
         request.is_shared()?;
-        request.checkpoint = Every::Off;
     }
     if !request.overwrites {
         refuse_result(&request.folder)?;

@@ -7,7 +7,7 @@ pub const HEAD: usize = 1536;
 /// What the bytes begin with.
 pub const MAGIC: u64 = u64::from_le_bytes(*b"thurible");
 /// The format that is written, and the only one that is read.
-pub const FORMAT: u64 = 5;
+pub const FORMAT: u64 = 6;
 /// Words of what the bytes are: magic, format, bytes, fingerprint, checksum.
 pub(super) const LABEL: usize = 5;
 /// The checksum's place among them.

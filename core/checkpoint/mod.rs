@@ -1,23 +1,30 @@
 //! The state of a solve as plain bytes, to go on from later and elsewhere with the same bits.
 //!
-//! A head of [`HEAD`] bytes holds words of 8 bytes: what the bytes are, a checksum of the head, every scalar of the state. The fields
-//! follow, each with its elements as they are and a checksum of its own, in [`CHECK`] bytes. All is little-endian. They pass piece
+//! A head of [`HEAD`] bytes holds words of 8 bytes: what the bytes are, a checksum of the head, every scalar of the state. The buffers
+//! follow, each with the elements of its fields as they are and a checksum of its own, in [`CHECK`] bytes. All is little-endian. They pass piece
 //! by piece, to a [`Sink`] or from a [`Source`], through one block of [`HEAD`] bytes, which is all the memory that it takes.
 //!
 //! Whoever has state passes over a list of it with a [`Record`]; the one list serves writing and reading, so that the two cannot
-//! drift apart. Scalars come before fields and are all checked before anything is changed.
+//! drift apart. Scalars come before buffers and are all checked before anything is changed.
+//!
+//! Of a state that ranks share the first one writes what one program would write, and reads it: the others send it their parts, or are sent
+//! them ([`Buffers`]). So any number of ranks goes on with it.
 
+mod buffers;
 mod error;
 mod label;
 mod mix;
 mod resumable;
 
 pub use crate::memory::CHECK;
+pub use buffers::{Among, Buffers};
 pub use error::SavedError;
 pub use label::{FORMAT, HEAD, Label, MAGIC};
 pub use mix::Mix;
 pub use resumable::{Resumable, restore, restore_from, save, save_to};
 
+use crate::exec::Ranks;
+use crate::exec::ranks::tell;
 use crate::memory::Ledger;
 use crate::real::Real;
 use label::{CHECKSUM, LABEL, checksum, word_at};
@@ -100,20 +107,29 @@ impl From<Refused> for Broken {
 enum Pass<'a> {
     Write(&'a mut dyn Sink),
     Read(&'a mut dyn Source),
-    /// Reads, and changes no field.
+    /// Reads, and changes nothing.
     Check(&'a mut dyn Source),
+    /// Of a rank that follows: sends what the first one writes, or is sent what that one reads.
+    Send,
+    Receive,
 }
 
 /// Passes over a state to write it, or to read it back.
 pub struct Record<'a> {
     pass: Pass<'a>,
-    /// The head, and then what passes of fields.
+    /// The head, and then what passes of buffers.
     block: [u8; HEAD],
     /// The next word of the head.
     word: usize,
-    /// Bytes that head and fields take so far.
+    /// Bytes that head and buffers take so far.
     at: usize,
-    /// What ended the pass over the fields.
+    /// Bytes of the current buffer that are not in the block yet, those in it, and those of them that were taken out again.
+    left: usize,
+    full: usize,
+    taken: usize,
+    /// The checksum of the current buffer.
+    sum: Mix,
+    /// What ended the pass over the buffers.
     broken: Option<Broken>,
 }
 
@@ -124,17 +140,21 @@ impl<'a> Record<'a> {
             block,
             word: LABEL,
             at: HEAD,
+            left: 0,
+            full: 0,
+            taken: 0,
+            sum: Mix::new(),
             broken: None,
         }
     }
 
-    /// Writes to `sink`: scalars, [`Self::seal`], then fields.
+    /// Writes to `sink`: scalars, [`Self::seal`], then buffers.
     #[must_use]
     pub fn write(sink: &'a mut dyn Sink) -> Self {
         Self::new(Pass::Write(sink), [0; HEAD])
     }
 
-    /// Reads scalars and fields back from `source`, whose `head` was taken already.
+    /// Reads scalars and buffers back from `source`, whose `head` was taken already.
     #[must_use]
     pub fn read(head: [u8; HEAD], source: &'a mut dyn Source) -> Self {
         Self::new(Pass::Read(source), head)
@@ -146,6 +166,36 @@ impl<'a> Record<'a> {
         Self::new(Pass::Check(source), head)
     }
 
+    /// Of a rank that follows: sends what the first one writes.
+    #[must_use]
+    pub fn send() -> Self {
+        Self::new(Pass::Send, [0; HEAD])
+    }
+
+    /// Of a rank that follows: is sent what the first one reads, after its `head`.
+    #[must_use]
+    pub fn receive(head: [u8; HEAD]) -> Self {
+        Self::new(Pass::Receive, head)
+    }
+
+    /// Whether nothing becomes what is read, so that one rank reads it alone.
+    #[must_use]
+    pub fn is_checked(&self) -> bool {
+        matches!(self.pass, Pass::Check(_))
+    }
+
+    /// Whether fields become what is read.
+    #[must_use]
+    pub fn is_read(&self) -> bool {
+        matches!(self.pass, Pass::Read(_) | Pass::Receive)
+    }
+
+    /// The head, until a buffer passes.
+    #[must_use]
+    pub fn head(&self) -> [u8; HEAD] {
+        self.block
+    }
+
     /// A word of the head.
     ///
     /// # Errors
@@ -154,8 +204,8 @@ impl<'a> Record<'a> {
         let place = self.block.get_mut(self.word * 8..self.word * 8 + 8);
         let place = place.ok_or(Damaged)?;
         match self.pass {
-            Pass::Write(_) => place.copy_from_slice(&value.to_le_bytes()),
-            Pass::Read(_) | Pass::Check(_) => *value = word_at(place, 0).ok_or(Damaged)?,
+            Pass::Write(_) | Pass::Send => place.copy_from_slice(&value.to_le_bytes()),
+            Pass::Read(_) | Pass::Check(_) | Pass::Receive => *value = word_at(place, 0).ok_or(Damaged)?,
         }
         self.word += 1;
         Ok(())
@@ -213,46 +263,154 @@ impl<'a> Record<'a> {
         Ok(())
     }
 
-    /// The elements of a field, and its checksum. Nothing passes any more once something is wrong: [`Self::ended`] tells it.
-    pub fn elements<T: Real>(&mut self, elements: &mut [T]) {
-        if self.broken.is_none() && !elements.is_empty() {
-            self.broken = self.field(elements).err();
-            self.at += elements.len() * T::BYTES + CHECK;
+    /// Begins a buffer of `len` elements.
+    fn begin<T: Real>(&mut self, len: usize) {
+        self.left = len * T::BYTES;
+        (self.full, self.taken, self.sum) = (0, 0, Mix::new());
+        if len > 0 {
+            self.at += self.left + CHECK;
         }
     }
 
-    fn field<T: Real>(&mut self, elements: &mut [T]) -> Result<(), Broken> {
-        let mut sum = Mix::new();
-        for piece in elements.chunks_mut(HEAD / T::BYTES) {
-            let block = self.block.get_mut(..piece.len() * T::BYTES).unwrap_or(&mut []);
-            match &mut self.pass {
-                Pass::Write(sink) => {
-                    let places = block.chunks_exact_mut(T::BYTES);
-                    places
-                        .zip(piece)
-                        .for_each(|(bytes, element)| element.write(bytes));
-                    sink.put(block)?;
-                }
-                Pass::Read(source) => {
-                    source.take(block)?;
-                    let places = block.chunks_exact(T::BYTES);
-                    places
-                        .zip(piece)
-                        .for_each(|(bytes, element)| *element = T::read(bytes));
-                }
-                Pass::Check(source) => source.take(block)?,
-            }
-            sum.bytes(block);
+    /// The next elements of the buffer, so many, of which others have parts: they can be checked, but what one rank has is no state.
+    fn pass_over<T: Real>(&mut self, len: usize) {
+        if self.broken.is_none() {
+            self.broken = match self.pass {
+                Pass::Check(_) => self.skip(len * T::BYTES).err(),
+                _ => Some(Broken::Refused),
+            };
         }
-        let (sum, mut said) = (sum.finish().to_le_bytes(), [0; CHECK]);
+    }
+
+    /// The next elements of the buffer. Nothing passes any more once something is wrong: [`Self::ended`] tells it.
+    fn elements<T: Real>(&mut self, elements: &mut [T]) {
+        if self.broken.is_none() {
+            let passed = match self.pass {
+                Pass::Write(_) => self.put(elements),
+                Pass::Read(_) => self.take(elements),
+                Pass::Check(_) => self.skip(elements.len() * T::BYTES),
+                Pass::Send | Pass::Receive => Ok(()),
+            };
+            self.broken = passed.err();
+        }
+    }
+
+    fn put<T: Real>(&mut self, mut elements: &mut [T]) -> Result<(), Broken> {
+        while !elements.is_empty() {
+            let room = (HEAD - self.full) / T::BYTES;
+            let (now, later) = elements.split_at_mut(elements.len().min(room));
+            let end = self.full + now.len() * T::BYTES;
+            let places = self.block.get_mut(self.full..end).unwrap_or(&mut []);
+            places
+                .chunks_exact_mut(T::BYTES)
+                .zip(&*now)
+                .for_each(|(bytes, element)| element.write(bytes));
+            self.filled(end)?;
+            elements = later;
+        }
+        Ok(())
+    }
+
+    /// The block is full as far as `end`: it is put where it has no room any more, or where the buffer ends.
+    fn filled(&mut self, end: usize) -> Result<(), Broken> {
+        self.left = self.left.saturating_sub(end - self.full);
+        self.full = end;
+        if end == HEAD || self.left == 0 {
+            let block = self.block.get(..end).unwrap_or(&[]);
+            self.sum.bytes(block);
+            self.full = 0;
+            if let Pass::Write(sink) = &mut self.pass {
+                sink.put(block)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Bytes that are next in the block, at most so many; it is taken anew where it is empty.
+    fn next(&mut self, most: usize) -> Result<&[u8], Broken> {
+        if self.taken == self.full {
+            let count = self.left.min(HEAD);
+            let block = self.block.get_mut(..count).unwrap_or(&mut []);
+            match &mut self.pass {
+                Pass::Read(source) | Pass::Check(source) => source.take(block)?,
+                Pass::Write(_) | Pass::Send | Pass::Receive => {}
+            }
+            self.sum.bytes(block);
+            (self.left, self.full, self.taken) = (self.left - count, count, 0);
+        }
+        let begin = self.taken;
+        self.taken = self.full.min(begin + most);
+        let next = self.block.get(begin..self.taken).unwrap_or(&[]);
+        if next.is_empty() {
+            Err(Broken::Damaged)
+        } else {
+            Ok(next)
+        }
+    }
+
+    fn take<T: Real>(&mut self, mut elements: &mut [T]) -> Result<(), Broken> {
+        while !elements.is_empty() {
+            let bytes = self.next(elements.len() * T::BYTES)?.chunks_exact(T::BYTES);
+            let (now, later) = elements.split_at_mut(bytes.len());
+            now.iter_mut()
+                .zip(bytes)
+                .for_each(|(element, bytes)| *element = T::read(bytes));
+            elements = later;
+        }
+        Ok(())
+    }
+
+    fn skip(&mut self, mut bytes: usize) -> Result<(), Broken> {
+        while bytes > 0 {
+            bytes -= self.next(bytes)?.len();
+        }
+        Ok(())
+    }
+
+    /// Ends a buffer: what no field fills of it is 0, and its checksum follows. An empty one has none.
+    fn end(&mut self, len: usize) {
+        if self.broken.is_none() && len > 0 {
+            self.broken = self.checked().err();
+        }
+    }
+
+    fn checked(&mut self) -> Result<(), Broken> {
+        match self.pass {
+            Pass::Write(_) => {
+                while self.left > 0 {
+                    let end = HEAD.min(self.full + self.left);
+                    self.block.get_mut(self.full..end).unwrap_or(&mut []).fill(0);
+                    self.filled(end)?;
+                }
+            }
+            Pass::Read(_) | Pass::Check(_) => self.skip(self.left + self.full - self.taken)?,
+            Pass::Send | Pass::Receive => return Ok(()),
+        }
+        let (sum, mut said) = (self.sum.finish().to_le_bytes(), [0; CHECK]);
         match &mut self.pass {
             Pass::Write(sink) => return Ok(sink.put(&sum)?),
             Pass::Read(source) | Pass::Check(source) => source.take(&mut said)?,
+            Pass::Send | Pass::Receive => return Ok(()),
         }
         if sum == said { Ok(()) } else { Err(Broken::Damaged) }
     }
 
-    /// Bytes that head and fields take so far.
+    /// Ends the pass over the buffers of a rank that follows as it ended in the first one.
+    fn agree(&mut self, ranks: &dyn Ranks) {
+        let mut number = [match self.broken {
+            None => 0usize,
+            Some(Broken::Damaged) => 1,
+            Some(Broken::Refused) => 2,
+        }];
+        tell(ranks, 0, &mut number);
+        self.broken = match number {
+            [0] => None,
+            [1] => Some(Broken::Damaged),
+            _ => Some(Broken::Refused),
+        };
+    }
+
+    /// Bytes that head and buffers take so far.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.at
@@ -273,11 +431,11 @@ impl<'a> Record<'a> {
         }
         match &mut self.pass {
             Pass::Write(sink) => Ok(sink.put(&self.block)?),
-            Pass::Read(_) | Pass::Check(_) => Ok(()),
+            Pass::Read(_) | Pass::Check(_) | Pass::Send | Pass::Receive => Ok(()),
         }
     }
 
-    /// How the pass over the fields went.
+    /// How the pass over the buffers went.
     ///
     /// # Errors
     /// [`Broken`]: what came after it did not pass.

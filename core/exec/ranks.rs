@@ -5,7 +5,8 @@
 //! program. A program alone has no other to ask: [`Alone`].
 
 use super::Exec;
-use crate::memory::Plain;
+use crate::memory::part::REACH;
+use crate::memory::{Held, Plain};
 use core::fmt::Debug;
 
 /// The programs that share a solve, as one of them sees them. All of them call the same functions in the same order.
@@ -127,6 +128,28 @@ pub fn in_order(ranks: &dyn Ranks, sums: &mut [f64], own: impl FnOnce(&mut [f64]
     let next = (rank + 1 < count).then_some(rank + 1);
     swap(ranks, next, sums, None, &mut []);
     tell(ranks, count - 1, sums);
+}
+
+/// Brings the copies up to date that a rank has of its neighbours' planes in a field, which has as many values in each of them.
+pub fn refresh<P: Plain + Default>(ranks: &dyn Ranks, held: Held, field: &mut [P]) {
+    let (Held::Planes(part) | Held::Between(part)) = held else {
+        return;
+    };
+    let plane = field.len() / part.held().max(1);
+    let (own, reach) = (part.own(), REACH * plane);
+    let [below, above] = part.neighbours();
+    let (rest, high) = field.split_at_mut(own.end * plane);
+    let (low, rest) = rest.split_at_mut(own.start * plane);
+    let copied = |neighbour: Option<usize>| if neighbour.is_some() { reach } else { 0 };
+    let first = rest.get(..copied(below)).unwrap_or(&[]);
+    swap(ranks, below, first, above, high);
+    let last = rest
+        .get(rest.len().saturating_sub(copied(above))..)
+        .unwrap_or(&[]);
+    swap(ranks, above, last, below, low);
+    if let (Held::Between(_), Some(lowest)) = (held, low.get_mut(..plane)) {
+        lowest.fill(P::default());
+    }
 }
 
 fn bytes<P: Plain>(values: &[P]) -> &[u8] {

@@ -13,9 +13,9 @@ use crate::exec::ranks::{Ranks, swap};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::rows::{part, part_mut};
 use crate::grid::Grid;
-use crate::grid::part::cut;
 use crate::grid::spectrum::{COLUMNS, LONGEST, Spectrum};
 use crate::memory::Pool;
+use crate::memory::part::cut;
 use crate::real::Real;
 use core::ops::Range;
 
@@ -89,7 +89,7 @@ impl Deal {
 impl<'a, T: Real> Turned<'a, T> {
     /// Takes its workspace for `fields` fields of cells of `grid` from a pool.
     pub fn carve(grid: &Grid, fields: usize, pool: &mut Pool<'a, T>) -> Self {
-        let Some(share) = grid.share() else {
+        let Some(share) = grid.part().map(|part| part.share) else {
             return Self::default();
         };
         let deal = Deal::new(grid, share.rank, share.ranks);

@@ -7,6 +7,7 @@ use super::Grid;
 use super::solids::{self, Solids};
 use super::spectrum::Spectrum;
 use super::tables::Tables;
+use crate::memory::part::THINNEST;
 use crate::memory::{Arena, TooSmall};
 use crate::real::Real;
 
@@ -28,12 +29,15 @@ pub fn coarsen(grid: &Grid) -> Option<Grid> {
     (n != inside).then_some(Grid { h, ..*grid }.with_inside(n))
 }
 
-/// The grids of a hierarchy, finest first. A box that ranks share has the finest alone.
+/// The grids of a hierarchy, finest first. Of a box that ranks share every rank has a part of those that have planes enough for all of them, and
+/// the whole of the coarser ones.
 #[must_use]
 pub fn hierarchy(finest: &Grid) -> heapless::Vec<Grid, MAX_LEVELS> {
-    let most = if finest.is_part() { 1 } else { MAX_LEVELS };
-    core::iter::successors(Some(*finest), coarsen)
-        .take(most)
+    let share = finest.part().map(|part| part.share);
+    let enough = |grid: &Grid| share.filter(|share| grid.planes() >= THINNEST * share.ranks);
+    core::iter::successors(Some(finest.whole()), coarsen)
+        .take(MAX_LEVELS)
+        .map(|grid| grid.shared(enough(&grid)))
         .collect()
 }
 

@@ -25,8 +25,10 @@ pub mod stencil;
 pub mod tables;
 pub mod taps;
 
+pub use crate::memory::Share;
 pub use geometry::Axis;
 
+use crate::memory::Part;
 use crate::words::named;
 
 mod sealed {
@@ -125,26 +127,8 @@ pub struct Grid {
     pub h: [f64; 3],
     /// How each axis ends: see [`geometry`].
     ends: [Boundary; 3],
-    /// What it is a part of: see [`part`].
+    /// Which part of a box it is: see [`part`].
     part: Option<Part>,
-}
-
-/// Which of the ranks that share a box.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Share {
-    /// The rank, from 0.
-    pub rank: usize,
-    /// How many there are.
-    pub ranks: usize,
-}
-
-/// What the grid of a rank is a part of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Part {
-    share: Share,
-    /// Planes of the whole box, and how its last axis ends.
-    planes: usize,
-    ends: Boundary,
 }
 
 impl Grid {

@@ -1,10 +1,4 @@
-//! A box that several ranks share: each has a slab of it, planes normal to the last axis, and copies of the planes beside.
-//!
-//! ```text
-//! rank 0     wall | 0 1 2 3 4 5 | 6 7
-//! rank 1            4 5 | 6 7 8 9 10 | 11 12
-//! rank 2                  9 10 | 11 12 13 14 15 | wall
-//! ```
+//! A box that several ranks share: each has a slab of it, planes normal to the last axis, and copies of the planes beside ([`Part`]).
 //!
 //! The grid of a rank has the copies among its cells and ends there as at a wall: rows of copies are computed as all others, with what is wrong
 //! where they would read further, and [`borders`](crate::field::borders) overwrites them by what their owner has. Nothing that is the rank's own
@@ -12,32 +6,6 @@
 
 use super::{Axis, Boundary, Grid, Part, Share};
 use core::ops::Range;
-
-/// Planes on either side that a rank has copies of: as far as transport reads.
-pub const REACH: usize = 2;
-/// The fewest planes of a rank: its neighbours' copies are of nobody else.
-pub const THINNEST: usize = REACH;
-
-/// `total` cut into pieces of `unit`, of which a rank has about as many as another.
-pub fn cut(total: usize, unit: usize, rank: usize, ranks: usize) -> Range<usize> {
-    let pieces = total.div_ceil(unit.max(1));
-    let begin = |rank: usize| (pieces * rank / ranks.max(1) * unit).min(total);
-    begin(rank)..begin(rank + 1)
-}
-
-impl Part {
-    /// The planes of the whole box that a rank has.
-    fn of(self, rank: usize) -> Range<usize> {
-        cut(self.planes, 1, rank, self.share.ranks)
-    }
-
-    /// Whether another rank's planes lie below and above those of this one.
-    fn beside(self) -> [bool; 2] {
-        let Share { rank, ranks } = self.share;
-        let ring = Axis::new(self.planes, self.ends).is_ring();
-        [ring || rank > 0, ring || rank + 1 < ranks]
-    }
-}
 
 impl Grid {
     /// The part of a box that one of several ranks has; all of it where there is but one.
@@ -50,14 +18,13 @@ impl Grid {
         let part = Part {
             share,
             planes: self.n[last],
-            ends: self.ends[last],
+            ring: self.axis(last).is_ring(),
         };
         let mut own = Self {
             part: Some(part),
             ..self
         };
-        let copies = part.beside().map(|beside| REACH * usize::from(beside));
-        own.n[last] = part.of(share.rank).len() + copies[0] + copies[1];
+        own.n[last] = part.held();
         own.ends[last] = Boundary::Wall;
         own
     }
@@ -71,8 +38,8 @@ impl Grid {
 
     /// Which part this is, where other ranks have others.
     #[must_use]
-    pub fn share(&self) -> Option<Share> {
-        self.part.map(|part| part.share)
+    pub fn part(&self) -> Option<Part> {
+        self.part
     }
 
     /// The whole box.
@@ -80,7 +47,7 @@ impl Grid {
     pub fn whole(&self) -> Self {
         let Some(part) = self.part else { return *self };
         let mut whole = Self { part: None, ..*self };
-        (whole.n[self.dims - 1], whole.ends[self.dims - 1]) = (part.planes, part.ends);
+        (whole.n[self.dims - 1], whole.ends[self.dims - 1]) = (part.planes, ends(part));
         whole
     }
 
@@ -89,7 +56,7 @@ impl Grid {
     #[must_use]
     pub fn whole_axis(&self, axis: usize) -> Axis {
         match self.part {
-            Some(part) if axis == self.dims - 1 => Axis::new(part.planes, part.ends),
+            Some(part) if axis == self.dims - 1 => Axis::new(part.planes, ends(part)),
             _ => self.axis(axis),
         }
     }
@@ -106,11 +73,7 @@ impl Grid {
     /// The planes of this grid that are no copies.
     #[must_use]
     pub fn own_planes(&self) -> Range<usize> {
-        let Some(part) = self.part else {
-            return 0..self.planes();
-        };
-        let begin = REACH * usize::from(part.beside()[0]);
-        begin..begin + part.of(part.share.rank).len()
+        self.part.map_or(0..self.planes(), Part::own)
     }
 
     /// The rows of this grid that are no copies.
@@ -130,18 +93,39 @@ impl Grid {
         let Some(part) = self.part.filter(|_| axis == self.dims - 1) else {
             return 0;
         };
-        part.of(part.share.rank).start as isize - self.own_planes().start as isize
+        part.of(part.share.rank).start as isize - part.own().start as isize
+    }
+}
+
+impl Grid {
+    /// Which value along an axis of the whole box value `i` of this grid is.
+    #[must_use]
+    pub fn in_whole(&self, axis: usize, i: usize) -> usize {
+        let cells = self.whole_axis(axis).cells().max(1) as isize;
+        (self.first_plane(axis) + i as isize).rem_euclid(cells) as usize
     }
 
-    /// The rank that has the planes below those of this one, and the rank that has those above.
+    /// Where value `i` along an axis of the whole box is in this grid, if it is.
     #[must_use]
-    pub fn neighbours(&self) -> [Option<usize>; 2] {
-        let Some(part) = self.part else { return [None; 2] };
-        let Share { rank, ranks } = part.share;
-        let [below, above] = part.beside();
-        [
-            below.then(|| (rank + ranks - 1) % ranks),
-            above.then(|| (rank + 1) % ranks),
-        ]
+    pub fn here(&self, axis: usize, i: usize) -> Option<usize> {
+        if self.part.is_none() {
+            return Some(i);
+        }
+        let (whole, at) = (self.whole_axis(axis), i as isize - self.first_plane(axis));
+        let at = if whole.is_ring() {
+            at.rem_euclid(whole.cells().max(1) as isize)
+        } else {
+            at
+        };
+        usize::try_from(at).ok().filter(|&at| at < self.n[axis])
+    }
+}
+
+/// How the last axis of a box that ranks share ends: no open box is shared.
+fn ends(part: Part) -> Boundary {
+    if part.ring {
+        Boundary::Periodic
+    } else {
+        Boundary::Wall
     }
 }

@@ -67,9 +67,19 @@ impl<'m, T: Real> Tables<'m, T> {
 
     fn fill(&mut self, axis: usize, transfer: Transfer, fine: &Grid, coarse: &Grid) {
         let line = self.lines[axis][transfer as usize];
+        let (from, to) = if transfer.to_finer() {
+            (coarse, fine)
+        } else {
+            (fine, coarse)
+        };
         for i in 0..line.length {
-            let list = taps(transfer, i, fine.axis(axis), coarse.axis(axis));
+            let of_whole = to.in_whole(axis, i);
+            let list = taps(transfer, of_whole, fine.whole_axis(axis), coarse.whole_axis(axis));
             for (tap, &(source, weight)) in list.iter().enumerate() {
+                // Of what only copies are made of not all is here: they are overwritten by what their owner has.
+                let Some(source) = from.here(axis, source) else {
+                    continue;
+                };
                 let tap = if axis == 0 && self.halves {
                     source.wrapping_sub(first_source(transfer, i))
                 } else {

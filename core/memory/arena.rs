@@ -7,6 +7,7 @@ use core::mem::{MaybeUninit, size_of};
 
 mod sealed {
     pub trait Sealed {}
+    impl Sealed for u8 {}
     impl Sealed for f32 {}
     impl Sealed for f64 {}
     impl Sealed for u16 {}
@@ -16,6 +17,7 @@ mod sealed {
 
 /// Numbers for which all bits zero is the value 0.
 pub trait Plain: Copy + sealed::Sealed {}
+impl Plain for u8 {}
 impl Plain for f32 {}
 impl Plain for f64 {}
 impl Plain for u16 {}

@@ -2,7 +2,18 @@
 
 use super::arena::{Arena, Plain, TooSmall};
 use super::ledger::{Ledger, Sharing};
+use super::part::{Held, Part};
 use core::mem::size_of;
+
+/// Goes over the buffers that a checkpoint keeps.
+pub trait Visit<T> {
+    /// A buffer begins, of so many elements where one program has all of it.
+    fn begin(&mut self, len: usize);
+    /// The next field of that buffer. What no field fills of it holds nothing.
+    fn field(&mut self, values: &mut [T], held: Held);
+    /// There is no other field in it.
+    fn end(&mut self);
+}
 
 /// A pass over the buffers of a method. Each is named with the place of its slice and its length; the order of the calls is the
 /// order in memory.
@@ -14,7 +25,7 @@ enum Pass<'p, 'm, T> {
     /// Buffers are counted, or carved out of a block.
     Carve(&'p mut Arena<'m>),
     /// What is kept is shown.
-    Kept(&'p mut dyn FnMut(&mut [T])),
+    Kept(&'p mut dyn Visit<T>),
 }
 
 impl<'p, 'm, T: Plain> Layout<'p, 'm, T> {
@@ -26,7 +37,7 @@ impl<'p, 'm, T: Plain> Layout<'p, 'm, T> {
     }
 
     /// Shows `visit` every buffer that a checkpoint keeps.
-    pub fn kept(visit: &'p mut dyn FnMut(&mut [T])) -> Self {
+    pub fn kept(visit: &'p mut dyn Visit<T>) -> Self {
         Self {
             pass: Pass::Kept(visit),
         }
@@ -37,12 +48,33 @@ impl<'p, 'm, T: Plain> Layout<'p, 'm, T> {
     /// # Errors
     /// [`TooSmall`].
     pub fn keep(&mut self, name: &'static str, place: &mut &'m mut [T], len: usize) -> Result<(), TooSmall> {
+        self.keep_fields(name, place, (1, len), None)
+    }
+
+    /// A buffer of `count` fields of cells, of `len` elements each, that a checkpoint keeps. Of a field that ranks share this one has a `part`.
+    ///
+    /// # Errors
+    /// [`TooSmall`].
+    pub fn keep_fields(
+        &mut self,
+        name: &'static str,
+        place: &mut &'m mut [T],
+        (count, len): (usize, usize),
+        part: Option<Part>,
+    ) -> Result<(), TooSmall> {
+        let held = Held::of(part, 0, None);
         match &mut self.pass {
             Pass::Carve(arena) => {
-                *place = arena.take(name, len)?;
-                arena.keep::<T>(len);
+                *place = arena.take(name, count * len)?;
+                arena.keep::<T>(count * held.whole(len));
             }
-            Pass::Kept(visit) => visit(place),
+            Pass::Kept(visit) => {
+                visit.begin(count * held.whole(len));
+                place
+                    .chunks_exact_mut(len.max(1))
+                    .for_each(|field| visit.field(field, held));
+                visit.end();
+            }
         }
         Ok(())
     }
@@ -72,12 +104,12 @@ impl<'p, 'm, T: Plain> Layout<'p, 'm, T> {
                     (*place, rest) = (own, behind);
                 }
             }
-            Pass::Kept(visit) => places.for_each(|place| visit(place)),
+            Pass::Kept(visit) => places.for_each(|place| show(*visit, place, len, Held::All)),
         }
         Ok(())
     }
 
-    /// A vector field that a checkpoint keeps, `len` elements for each of `dims` axes.
+    /// A vector field that a checkpoint keeps, `len` elements for each of `dims` axes. Of a field that ranks share this one has a `part`.
     ///
     /// # Errors
     /// [`TooSmall`].
@@ -85,15 +117,20 @@ impl<'p, 'm, T: Plain> Layout<'p, 'm, T> {
         &mut self,
         name: &'static str,
         field: &mut [&'m mut [T]; 3],
-        dims: usize,
-        len: usize,
+        (dims, len): (usize, usize),
+        part: Option<Part>,
     ) -> Result<(), TooSmall> {
+        let held = |axis| Held::of(part, dims, Some(axis));
         match &mut self.pass {
             Pass::Carve(arena) => {
                 *field = arena.take_vector(name, dims, len)?;
-                (0..dims).for_each(|_| arena.keep::<T>(len));
+                (0..dims).for_each(|axis| arena.keep::<T>(held(axis).whole(len)));
             }
-            Pass::Kept(visit) => field.iter_mut().for_each(|component| visit(component)),
+            Pass::Kept(visit) => {
+                for (axis, component) in field.iter_mut().enumerate().take(dims) {
+                    show(*visit, component, held(axis).whole(len), held(axis));
+                }
+            }
         }
         Ok(())
     }
@@ -156,6 +193,24 @@ impl<'p, 'm, T: Plain> Layout<'p, 'm, T> {
         kept: usize,
         uses: impl Fn(&mut Ledger),
     ) -> Result<(), TooSmall> {
+        let first = |place: &mut [T], visit: &mut dyn Visit<T>| {
+            if let Some(kept) = place.get_mut(..kept) {
+                visit.field(kept, Held::All);
+            }
+        };
+        self.in_turn_with(place, (kept, first), uses)
+    }
+
+    /// The same, where a checkpoint keeps the fields that are shown: `kept` elements at most where one program has all of them.
+    ///
+    /// # Errors
+    /// [`TooSmall`].
+    pub fn in_turn_with(
+        &mut self,
+        place: &mut &'m mut [T],
+        (kept, show): (usize, impl FnOnce(&mut [T], &mut dyn Visit<T>)),
+        uses: impl Fn(&mut Ledger),
+    ) -> Result<(), TooSmall> {
         match &mut self.pass {
             Pass::Carve(arena) => {
                 arena.keep::<T>(kept);
@@ -165,13 +220,20 @@ impl<'p, 'm, T: Plain> Layout<'p, 'm, T> {
                 }
             }
             Pass::Kept(visit) => {
-                if let Some(kept) = place.get_mut(..kept) {
-                    visit(kept);
-                }
+                visit.begin(kept);
+                show(place, *visit);
+                visit.end();
             }
         }
         Ok(())
     }
+}
+
+/// Shows a buffer that is one field.
+fn show<T>(visit: &mut dyn Visit<T>, field: &mut [T], len: usize, held: Held) {
+    visit.begin(len);
+    visit.field(field, held);
+    visit.end();
 }
 
 /// Elements of the longest of `uses`. A ledger takes much of a stack: in a frame of its own it is gone before anything else runs.

@@ -52,14 +52,16 @@ impl<'m, T: Real> Animation<'m, T> {
     pub fn layout(&mut self, layout: &mut Layout<'_, 'm, T>, sums: usize) -> Result<(), TooSmall> {
         let grid = self.levels.finest;
         let cells = grid.cells();
-        layout.keep(
+        let part = grid.part();
+        layout.keep_fields(
             "densities rho_0 .. rho_N",
             &mut self.rho,
-            densities(&grid, self.slots),
+            (densities(&grid, self.slots) / cells.max(1), cells),
+            part,
         )?;
         layout.tables(|arena| self.levels.fill(arena))?;
-        layout.keep_vector("velocity v", &mut self.v, grid.dims, cells * self.slots)?;
-        layout.keep_vector("given velocity v_0", &mut self.initial, grid.dims, cells)?;
+        layout.keep_vector("velocity v", &mut self.v, (grid.dims, cells * self.slots), part)?;
+        layout.keep_vector("given velocity v_0", &mut self.initial, (grid.dims, cells), part)?;
         layout.work("sums of rows", &mut self.sums, sums)
     }
 

@@ -2,7 +2,7 @@
 
 use super::{Feature, Problem};
 use crate::grid::Share;
-use crate::grid::part::THINNEST;
+use crate::memory::part::THINNEST;
 use crate::words::Named;
 use core::fmt;
 
@@ -44,7 +44,7 @@ impl fmt::Display for ShareError {
             ),
             Self::Method { method } => write!(
                 f,
-                "the method {method} cannot be shared by ranks as it is; simulate can, and direct with nested = false, or take one rank and more threads"
+                "the method {method} cannot be shared by ranks; simulate and direct can, or take one rank and more threads"
             ),
             Self::Feature { feature } => write!(
                 f,

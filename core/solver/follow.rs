@@ -56,6 +56,8 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
                 Some(Verb::Target) => self.send_keyframe(a),
                 Some(Verb::Emission) => self.emission(exec, a, &mut []),
                 Some(Verb::Jet) => self.send_jet(a, b),
+                Some(Verb::Save) => self.send_state(),
+                Some(Verb::Restore) => self.receive_state(),
                 Some(Verb::End) | None => return,
             }
         }

@@ -1,7 +1,8 @@
 //! Saving a solver and going on from what was saved.
 
 use super::{SavedError, Solver};
-use crate::checkpoint::{self, Damaged, Record, Resumable, Sink, Source};
+use crate::checkpoint::{self, Buffers, Damaged, HEAD, Record, Resumable, Sink, Source};
+use crate::exec::ranks::tell;
 use crate::grid::Space;
 use crate::memory::Layout;
 use crate::real::Real;
@@ -49,6 +50,32 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     }
 }
 
+impl<T: Real, S: Space> Solver<'_, T, S> {
+    /// Sends the first rank what this one has of the state.
+    pub(super) fn send_state(&mut self) {
+        let mut record = Record::send();
+        // A state that fits the head of the first rank's fits this one's.
+        let _ = self.scalars(&mut record);
+        self.fields(&mut record);
+    }
+
+    /// Takes this rank's part of the state that the first one reads.
+    pub(super) fn receive_state(&mut self) {
+        let mut head = [0; HEAD];
+        if let Some(ranks) = self.shared.ranks {
+            tell(ranks, 0, &mut head);
+        }
+        let mut record = Record::receive(head);
+        // The first one has checked them.
+        let _ = self.scalars(&mut record);
+        self.fields(&mut record);
+        match record.ended() {
+            Ok(()) => self.taken(),
+            Err(_) => self.spoil(),
+        }
+    }
+}
+
 impl<T: Real, S: Space> Resumable for Solver<'_, T, S> {
     fn saved_bytes(&self) -> usize {
         self.saved_bytes
@@ -77,13 +104,20 @@ impl<T: Real, S: Space> Resumable for Solver<'_, T, S> {
     }
 
     fn fields(&mut self, record: &mut Record<'_>) {
-        let mut visit = |field: &mut [T]| record.elements(field);
+        let mut shared = core::mem::take(&mut self.shared);
+        let among = shared.pass(record);
+        let mut buffers = Buffers::new(record, among);
         // What is kept is only shown: nothing can be too small.
-        let _ = self.engine.get_mut().layout(&mut Layout::kept(&mut visit));
+        let _ = self.engine.get_mut().layout(&mut Layout::kept(&mut buffers));
         if let Some(release) = &mut self.release {
-            let _ = release.layout(&mut Layout::kept(&mut visit));
+            let _ = release.layout(&mut Layout::kept(&mut buffers));
         }
-        record.elements(self.fields);
+        let grid = *self.grid();
+        let (count, cells) = (self.fields.len() / grid.cells().max(1), grid.cells());
+        let mut layout = Layout::kept(&mut buffers);
+        let _ = layout.keep_fields("given densities", &mut self.fields, (count, cells), grid.part());
+        buffers.end();
+        self.shared = shared;
     }
 
     fn taken(&mut self) {

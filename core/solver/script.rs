@@ -13,7 +13,7 @@ pub(super) fn measure<T: Real>(problem: &Problem<'_>, ledger: &mut Ledger) {
     let _ = carve::<T>(problem, &mut arena);
     let _ = carve_piece::<T>(problem, &mut arena);
     if let Some(ledger) = arena.into_ledger() {
-        ledger.count_kept(problem.fields() * problem.grid().cells(), T::BYTES);
+        ledger.count_kept(problem.fields() * problem.grid().whole().cells(), T::BYTES);
     }
 }
 

@@ -4,6 +4,7 @@
 //! that takes them all it tells the others its verb.
 
 use super::layout::FileLayout;
+use crate::checkpoint::{Among, Record};
 use crate::exec::ranks::{in_order, swap, tell};
 use crate::exec::{Ranks, Serial, Together};
 use crate::field::rows::{part, part_mut};
@@ -27,12 +28,14 @@ pub(super) enum Verb {
     Target,
     Emission,
     Jet,
+    Save,
+    Restore,
     End,
 }
 
 impl Verb {
     /// All of them, each at its number.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 14] = [
         Self::Source,
         Self::Emitter,
         Self::Velocity,
@@ -44,6 +47,8 @@ impl Verb {
         Self::Target,
         Self::Emission,
         Self::Jet,
+        Self::Save,
+        Self::Restore,
         Self::End,
     ];
 }
@@ -57,7 +62,8 @@ const _: () = {
     }
 };
 
-/// The ranks of a solve, where it is shared, and room for this rank's part of a component of a field; the first one needs none.
+/// The ranks of a solve, where it is shared, and room for a rank's part of a component of a field: this rank's, or where the first one has that of
+/// another for a checkpoint.
 #[derive(Debug, Default)]
 pub(super) struct Shared<'m, T> {
     pub ranks: Option<&'m dyn Ranks>,
@@ -73,14 +79,12 @@ fn piece_of(grid: &Grid, axis: Option<usize>, rank: usize) -> Range<usize> {
     planes.start * plane..planes.end * plane
 }
 
-/// Elements of the largest component of which a rank that follows sends its part.
+/// Elements of the largest part that any rank has of a component.
 pub(super) fn piece_len(grid: &Grid) -> usize {
-    let Some(share) = grid.share().filter(|share| share.rank > 0) else {
-        return 0;
-    };
-    let components = (0..grid.dims).map(Some).chain([None]);
-    let lens = components.map(|axis| piece_of(grid, axis, share.rank).len());
-    lens.max().unwrap_or(0)
+    let ranks = grid.part().map_or(0, |part| part.share.ranks);
+    let axes = || (0..grid.dims).map(Some).chain([None]);
+    let parts = (0..ranks).flat_map(|rank| axes().map(move |axis| piece_of(grid, axis, rank)));
+    parts.map(|part| part.len()).max().unwrap_or(0)
 }
 
 impl<T: Real> Shared<'_, T> {
@@ -94,6 +98,26 @@ impl<T: Real> Shared<'_, T> {
         if let Some(ranks) = self.ranks.filter(|ranks| ranks.rank() == 0) {
             tell(ranks, 0, &mut [verb as usize, of[0], of[1], of[2]]);
         }
+    }
+
+    /// The ranks that pass over a state together, after the first one has asked for it; none where there are no others, or where bytes are only
+    /// checked.
+    pub fn pass(&mut self, record: &Record<'_>) -> Option<Among<'_, T>> {
+        let ranks = self.ranks.filter(|_| !record.is_checked())?;
+        let verb = if record.is_read() {
+            Verb::Restore
+        } else {
+            Verb::Save
+        };
+        self.ask(verb, [0; 3]);
+        // The others were told the head before they began to pass over theirs.
+        if record.is_read() && self.is_first() {
+            tell(ranks, 0, &mut record.head());
+        }
+        Some(Among {
+            ranks,
+            piece: self.piece,
+        })
     }
 
     /// What the first rank says.

@@ -179,7 +179,8 @@ impl<'m, T: Real, S: Space> Fluids<'m, T, S> {
         layout.work("its image in the metric", image, plain)?;
         layout.work_vector("force of a step", &mut self.flow.force, dims, cells.count())?;
         if self.params.initial_velocity {
-            layout.keep_vector("velocity at the start", &mut self.initial, dims, cells.count())?;
+            let len = cells.count();
+            layout.keep_vector("velocity at the start", &mut self.initial, (dims, len), None)?;
         }
         self.small(layout)
     }

@@ -1,7 +1,7 @@
 //! Saving a search and going on from what was saved.
 
 use super::Fluids;
-use crate::checkpoint::{self, Damaged, MANY, Record, Resumable, SavedError, Sink, Source};
+use crate::checkpoint::{self, Buffers, Damaged, MANY, Record, Resumable, SavedError, Sink, Source};
 use crate::grid::Space;
 use crate::memory::Layout;
 use crate::optimise::descent::Descent;
@@ -76,9 +76,8 @@ impl<T: Real, S: Space> Resumable for Fluids<'_, T, S> {
     }
 
     fn fields(&mut self, record: &mut Record<'_>) {
-        let mut visit = |field: &mut [T]| record.elements(field);
         // What is kept is only shown: nothing can be too small.
-        let _ = self.layout(&mut Layout::kept(&mut visit));
+        let _ = self.layout(&mut Layout::kept(&mut Buffers::new(record, None)));
     }
 
     fn taken(&mut self) {

@@ -7,6 +7,8 @@ use crate::scene::Document;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::{fs, io};
+use thurible_core::exec::Ranks;
+use thurible_core::exec::ranks::tell;
 
 /// A solve, as its states name it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -75,6 +77,23 @@ impl Solve {
         })
     }
 
+    /// Tells the other ranks of it, who have [`Self::heard`].
+    pub fn tell(&self, ranks: &dyn Ranks) -> Result<(), Failure> {
+        let mut text = serde_json::to_vec(self).map_err(|_| unreadable())?;
+        tell(ranks, 0, &mut [text.len()]);
+        tell(ranks, 0, &mut text);
+        Ok(())
+    }
+
+    /// What the first rank goes on with.
+    pub fn heard(ranks: &dyn Ranks) -> Result<Self, Failure> {
+        let mut len = [0];
+        tell(ranks, 0, &mut len);
+        let mut text = vec![0; len[0]];
+        tell(ranks, 0, &mut text);
+        serde_json::from_slice(&text).map_err(|_| unreadable())
+    }
+
     /// The scene that it began with. One that was changed since, or a file that it names, is refused.
     pub fn document(&self) -> Result<Document, Failure> {
         if self.version != env!("CARGO_PKG_VERSION") {
@@ -114,6 +133,11 @@ impl Solve {
             &self.options.folder
         }
     }
+}
+
+/// What the first rank says is of a program that is not this one.
+fn unreadable() -> Failure {
+    Failure::Input("the ranks are not all the same thurible; start the same program in all of them".into())
 }
 
 fn absolute(earlier: Earlier) -> io::Result<Earlier> {

@@ -1,17 +1,18 @@
 //! `thurible resume DIR`: a solve that was not finished, on from the last state that was kept of it.
 
 use super::options::{Running, Watching};
-use crate::checkpoint::{self, Earlier, Every, Found};
+use crate::checkpoint::{self, Earlier, Every, Found, Solve};
 use crate::exit::Failure;
 use crate::interrupt::Interrupt;
 use crate::plan::PlanOptions;
 use crate::problem::Precision;
 use crate::progress::{Clock, Mode};
-use crate::run::{Origin, Outputs, Request, RunOptions};
-use crate::scene::{Document, Scene};
+use crate::run::{Origin, Outputs, Request, RunOptions, share_of};
+use crate::scene::Scene;
 use crate::solves;
 use clap::Args;
 use std::path::{Path, PathBuf};
+use thurible_core::exec::Ranks;
 use thurible_core::{Method, Named, stable_fluids};
 
 /// Arguments of `resume`.
@@ -37,7 +38,9 @@ pub struct ResumeArguments {
 pub fn run(arguments: &ResumeArguments) -> Result<u8, Failure> {
     let clock = Clock::start();
     let running = &arguments.running;
+    let ranks = running.ranks;
     let on = On {
+        ranks,
         threads: running.threads,
         memory_limit: running.memory_limit,
         mode: running.mode(),
@@ -47,7 +50,11 @@ pub fn run(arguments: &ResumeArguments) -> Result<u8, Failure> {
         interrupt: None,
         clock,
     };
-    go_on(checkpoint::open(&arguments.folder)?, on)
+    match ranks.filter(|ranks| ranks.rank() > 0) {
+        // The state is the first rank's to hold and to read.
+        Some(ranks) => follow(&Solve::heard(ranks)?, on),
+        None => go_on(checkpoint::open(&arguments.folder)?, on),
+    }
 }
 
 /// How a solve goes on.
@@ -67,13 +74,33 @@ pub(super) struct On<'a> {
     pub interrupt: Option<Interrupt>,
     /// A clock that runs.
     pub clock: Clock,
+    /// The programs that share it from now on, whoever shared it before.
+    pub ranks: Option<&'static dyn Ranks>,
 }
 
 /// Goes on from what was found.
 pub(super) fn go_on(found: Found, on: On<'_>) -> Result<u8, Failure> {
-    let mode = on.mode;
     let damaged = || checkpoint::damaged(&found.slot);
-    let solve = &found.solve;
+    if let Some(ranks) = on.ranks {
+        found.solve.tell(ranks)?;
+    }
+    let (options, request) = asked(&found.solve, &damaged, on)?;
+    let request = Request {
+        found: Some(found),
+        ..request
+    };
+    Ok(solves::solve(&options, request)?.exit_code())
+}
+
+/// Follows the first rank, which goes on with `solve`.
+fn follow(solve: &Solve, on: On<'_>) -> Result<u8, Failure> {
+    let damaged = || Failure::File("the state is damaged, or was kept by another version of thurible".into());
+    let (options, request) = asked(solve, &damaged, on)?;
+    options.follow(request)
+}
+
+/// How `solve` goes on, and what is asked for.
+fn asked(solve: &Solve, damaged: &dyn Fn() -> Failure, on: On<'_>) -> Result<(RunOptions, Request), Failure> {
     let precision = [Precision::F32, Precision::F64];
     let precision = precision
         .into_iter()
@@ -84,16 +111,16 @@ pub(super) fn go_on(found: Found, on: On<'_>) -> Result<u8, Failure> {
             threads: on.threads,
             limit: on.memory_limit,
             began_under: Some(solve.options.ceiling),
-            share: None,
+            share: on.ranks.map(share_of),
         },
-        mode,
-        ranks: None,
+        mode: on.mode,
+        ranks: on.ranks,
         outputs: Outputs {
             arrays: true,
             images: solve.options.images,
         },
     };
-    let scene = scene_of(solve.document()?, &found)?;
+    let scene = scene_of(solve, damaged)?;
     let folder = on.output.unwrap_or_else(|| solve.destination());
     let origin = |earlier: &Earlier, option| {
         let (_, folder, step) = earlier.clone()?;
@@ -108,21 +135,18 @@ pub(super) fn go_on(found: Found, on: On<'_>) -> Result<u8, Failure> {
         interrupt: on.interrupt,
         ..Request::new(scene, folder.to_owned(), on.clock)
     };
-    let request = Request {
-        found: Some(found),
-        ..request
-    };
-    Ok(solves::solve(&options, request)?.exit_code())
+    Ok((options, request))
 }
 
-fn scene_of(document: Document, found: &Found) -> Result<Scene, Failure> {
-    let Some(method) = &found.solve.options.free else {
+fn scene_of(solve: &Solve, damaged: &dyn Fn() -> Failure) -> Result<Scene, Failure> {
+    let document = solve.document()?;
+    let Some(method) = &solve.options.free else {
         return Scene::of(document);
     };
     let scene = Scene::free_of(document)?;
     if method == stable_fluids::NAME {
         return Ok(scene.flow_by(Method::Simulate, true));
     }
-    let method = Method::from_name(method).map_err(|_| checkpoint::damaged(&found.slot))?;
+    let method = Method::from_name(method).map_err(|_| damaged())?;
     Ok(scene.flow_by(method, false))
 }

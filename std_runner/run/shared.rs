@@ -51,9 +51,6 @@ impl Request {
         if self.from.is_some() {
             return Err(refusal(&self.scene, "a flow --from a result"));
         }
-        if self.checkpoint.is_asked_for() {
-            return Err(refusal(&self.scene, "a solve with --checkpoint"));
-        }
         Ok(())
     }
 }

@@ -76,10 +76,8 @@ impl Job {
         if let Err(failure) = filled {
             watch.display.close();
             let how = (ended == Status::Cancelled, true);
-            // What one rank has is no state.
             let kept = remembered
                 .ok()
-                .filter(|()| !solver.is_shared())
                 .and_then(|()| keeper.keep_end(how, &words, &mut |file| saved::write(solver, file)));
             return Err(messages::unwritten(failure, kept.as_deref()));
         }

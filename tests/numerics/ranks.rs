@@ -9,7 +9,7 @@ use thurible_core::field::borders::refresh;
 use thurible_core::grid::{Grid, Share};
 use thurible_core::{
     Advection, Boundary, D2, D3, Emitter, Exec, Method, Params, Plan, PlanError, Problem, ProblemError, Real,
-    Scheme, Serial, ShareError, Silent, Solver, Space, Status, Supply,
+    SavedError, Scheme, Serial, ShareError, Silent, Solver, Space, Status, Supply,
 };
 
 const W: Boundary = Boundary::Wall;
@@ -19,6 +19,8 @@ const P: Boundary = Boundary::Periodic;
 #[derive(Clone, Copy, Debug)]
 struct Case {
     steered: bool,
+    /// Whether the search begins on coarser grids.
+    nested: bool,
     cells: &'static [usize],
     ends: &'static [Boundary],
     scheme: Scheme,
@@ -42,7 +44,12 @@ const EMITTERS: [Emitter; 2] = [
 
 impl Case {
     fn problem(&self, share: Option<Share>) -> Problem<'_> {
-        let keyframes: &[usize] = if self.steered { &[2, 4] } else { &[] };
+        let keyframes: &[usize] = match (self.steered, self.nested) {
+            (false, _) => &[],
+            (true, false) => &[2, 4],
+            // Two steps are one on coarser grids.
+            (true, true) => &[4, 6],
+        };
         Problem {
             steps: self.steps,
             // What is filled up to a target has no mass that a keyframe could take.
@@ -64,7 +71,8 @@ impl Case {
         let mut params = simulate();
         if self.steered {
             (params.method, params.iterations) = (Method::Direct, 4);
-            params.direct.nested = false;
+            params.direct.nested = self.nested;
+            params.direct.coarse_iterations = Some(3);
         }
         params
     }
@@ -99,6 +107,17 @@ impl Case {
 
     /// Everything that the first rank can read, bit by bit; nothing of the others.
     fn bits<T: Real, S: Space>(&self, exec: &dyn Exec, ranks: Option<&Channels>) -> Vec<u64> {
+        self.with::<T, S, _>(exec, ranks, |solver, exec| self.solved(solver, exec))
+            .unwrap_or_default()
+    }
+
+    /// What `work` makes of a solver in the first rank, which the others follow.
+    fn with<T: Real, S: Space, R>(
+        &self,
+        exec: &dyn Exec,
+        ranks: Option<&Channels>,
+        work: impl FnOnce(&mut Solver<'_, T, S>, &dyn Exec) -> R,
+    ) -> Option<R> {
         let share = ranks.map(|ranks| Share {
             rank: ranks.rank(),
             ranks: ranks.count(),
@@ -108,20 +127,21 @@ impl Case {
         let mut memory = Memory::new(plan.bytes());
         let mut solver = Solver::<T, S>::new(&problem, &params, memory.block()).unwrap();
         let Some(ranks) = ranks else {
-            return self.solved(&mut solver, exec);
+            return Some(work(&mut solver, exec));
         };
         solver.share(ranks);
         let exec = &Together::new(exec, ranks);
         if ranks.rank() > 0 {
             solver.follow(exec);
-            return Vec::new();
+            return None;
         }
-        let bits = self.solved(&mut solver, exec);
+        let done = work(&mut solver, exec);
         solver.dismiss();
-        bits
+        Some(done)
     }
 
-    fn solved<T: Real, S: Space>(&self, solver: &mut Solver<'_, T, S>, exec: &dyn Exec) -> Vec<u64> {
+    /// Gives a solver all that it needs.
+    fn begin<T: Real, S: Space>(&self, solver: &mut Solver<'_, T, S>, exec: &dyn Exec) -> Vec<u64> {
         self.set(solver);
         let mut bits = Vec::new();
         for index in 0..if self.steered { 2 } else { 0 } {
@@ -129,6 +149,18 @@ impl Case {
             bits.push(factor.unwrap().to_bits());
         }
         bits.push(solver.prepare(exec).unwrap().to_bits());
+        bits
+    }
+
+    fn solved<T: Real, S: Space>(&self, solver: &mut Solver<'_, T, S>, exec: &dyn Exec) -> Vec<u64> {
+        let mut bits = self.begin(solver, exec);
+        bits.extend(self.rest(solver, exec));
+        bits
+    }
+
+    /// What is still done to the end, and the result.
+    fn rest<T: Real, S: Space>(&self, solver: &mut Solver<'_, T, S>, exec: &dyn Exec) -> Vec<u64> {
+        let mut bits = Vec::new();
         let status = solver.solve(exec, &mut Silent, &mut |progress| {
             bits.push(progress.objective.total().to_bits());
         });
@@ -188,6 +220,57 @@ impl Case {
     }
 }
 
+/// What a solver is saved as.
+fn saved<T: Real, S: Space>(solver: &mut Solver<'_, T, S>) -> Vec<u8> {
+    let mut bytes = vec![0xEE; solver.saved_bytes()];
+    solver.save(&mut bytes).unwrap();
+    bytes
+}
+
+impl Case {
+    /// From the states that one program saves, or some ranks, any other number goes on with the same bits.
+    fn goes_on<T: Real, S: Space>(&self, counts: &[usize]) {
+        let states = |ranks: Option<&Channels>| {
+            self.with::<T, S, _>(&Serial, ranks, |solver, exec| {
+                self.begin(solver, exec);
+                let mut states = vec![saved(solver)];
+                while solver.step(exec, &mut Silent).status.is_none() {
+                    states.push(saved(solver));
+                }
+                states
+            })
+        };
+        let rest = |bytes: &[u8], ranks: Option<&Channels>| {
+            self.with::<T, S, _>(&Serial, ranks, |solver, exec| {
+                solver.restore(bytes).unwrap();
+                assert!(saved(solver) == bytes, "{self:?} is saved as something else");
+                self.rest(solver, exec)
+            })
+        };
+        let in_all = |count: usize, bytes: &[u8]| {
+            let found = with_ranks(count, |ranks| rest(bytes, (count > 1).then_some(ranks)));
+            found.into_iter().next().flatten()
+        };
+        let alone = states(None).unwrap();
+        for &count in counts {
+            let shared = with_ranks(count, |ranks| states(Some(ranks)))
+                .swap_remove(0)
+                .unwrap();
+            assert_eq!(shared.len(), alone.len());
+            for (step, (alone, shared)) in alone.iter().zip(&shared).enumerate() {
+                let expected = in_all(1, alone);
+                for (bytes, ranks) in [(shared, 1), (alone, count), (shared, count + 1)] {
+                    let found = in_all(ranks, bytes);
+                    assert!(
+                        found == expected,
+                        "{ranks} of {count} ranks from step {step} of {self:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
 fn simulate() -> Params {
     Params {
         method: Method::Simulate,
@@ -197,6 +280,7 @@ fn simulate() -> Params {
 
 const QUICK_2D: Case = Case {
     steered: false,
+    nested: false,
     cells: &[14, 13],
     ends: &[P, W],
     scheme: Scheme::Quick,
@@ -204,6 +288,7 @@ const QUICK_2D: Case = Case {
 };
 const LIMITED_3D: Case = Case {
     steered: false,
+    nested: false,
     cells: &[9, 7, 8],
     ends: &[W, P, W],
     scheme: Scheme::Limited,
@@ -242,6 +327,89 @@ fn steered() {
         ..space
     };
     quick.ranks_agree::<f64, D3>(&[3]);
+}
+
+/// Three grids in 2D, two in 3D: of the coarser ones ranks have parts, or all of each where there are too many of them.
+const NESTED_2D: Case = Case {
+    steered: true,
+    nested: true,
+    cells: &[64, 32],
+    ends: &[P, W],
+    scheme: Scheme::Quick,
+    steps: 6,
+};
+const NESTED_3D: Case = Case {
+    cells: &[16, 16, 16],
+    ends: &[W, P, P],
+    ..NESTED_2D
+};
+
+#[test]
+fn nested() {
+    let levels = NESTED_2D
+        .with::<f64, D2, _>(&Serial, None, |solver, exec| {
+            NESTED_2D.begin(solver, exec);
+            solver.step(exec, &mut Silent).level
+        })
+        .unwrap();
+    assert_eq!(levels, 2);
+    NESTED_2D.ranks_agree::<f64, D2>(&[2, 3, 5, 9]);
+    let ring = Case {
+        ends: &[W, P],
+        steps: 7,
+        ..NESTED_2D
+    };
+    ring.ranks_agree::<f32, D2>(&[3, 6, 15]);
+    NESTED_3D.ranks_agree::<f32, D3>(&[2, 3, 5]);
+}
+
+#[test]
+fn states_on_coarser_grids() {
+    NESTED_2D.goes_on::<f32, D2>(&[5]);
+    NESTED_3D.goes_on::<f32, D3>(&[3]);
+}
+
+#[test]
+fn states_of_any_number_of_ranks() {
+    let plane = Case {
+        steered: true,
+        ..QUICK_2D
+    };
+    plane.goes_on::<f64, D2>(&[2, 4]);
+    let space = Case {
+        steered: true,
+        steps: 4,
+        ends: &[W, P, P],
+        ..LIMITED_3D
+    };
+    space.goes_on::<f32, D3>(&[2, 3]);
+    QUICK_2D.goes_on::<f32, D2>(&[3]);
+}
+
+/// A sink or a source that refuses ends nothing but the pass: all ranks know it, and go on.
+#[test]
+fn a_state_that_cannot_be_kept_or_read_ends_no_rank() {
+    let case = Case {
+        steered: true,
+        ..QUICK_2D
+    };
+    let alone = case.bits::<f64, D2>(&Serial, None);
+    let found = with_ranks(3, |ranks| {
+        case.with::<f64, D2, _>(&Serial, Some(ranks), |solver, exec| {
+            let mut bits = case.begin(solver, exec);
+            let mut short = vec![0; solver.saved_bytes() / 2];
+            assert_eq!(solver.save_to(&mut &mut short[..]), Err(SavedError::Refused));
+            let whole = saved(solver);
+            let half = &whole[..whole.len() / 2];
+            assert_eq!(solver.restore_from(&mut &*half), Err(SavedError::Refused));
+            // Half of it is another state now.
+            assert_eq!(solver.step(exec, &mut Silent).status, Some(Status::NotReady));
+            solver.restore(&whole).unwrap();
+            bits.extend(case.rest(solver, exec));
+            bits
+        })
+    });
+    assert!(found[0].as_ref() == Some(&alone));
 }
 
 #[test]
@@ -360,8 +528,8 @@ fn what_ranks_cannot_share_is_refused() {
     };
     let error = refused(&solids, simulate()).to_string();
     assert!(error.contains("solid cells"), "{error}");
-    let direct = Params {
-        method: Method::Direct,
+    let admm = Params {
+        method: Method::Admm,
         ..simulate()
     };
     let keyframe = Problem {
@@ -369,8 +537,8 @@ fn what_ranks_cannot_share_is_refused() {
         emitters: &[],
         ..QUICK_2D.problem(share)
     };
-    let error = refused(&keyframe, direct).to_string();
-    assert!(error.contains("direct cannot be shared by ranks"), "{error}");
+    let error = refused(&keyframe, admm).to_string();
+    assert!(error.contains("admm cannot be shared by ranks"), "{error}");
 }
 
 #[test]

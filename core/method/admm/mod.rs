@@ -210,17 +210,17 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
             self.bases = Bases::carve::<S>(arena, &self.animation.levels)?;
             Ok(())
         })?;
-        layout.keep_vector("force w (AO: direction)", &mut self.w, S::DIM, len)?;
-        layout.keep_vector("target t (AO: v*)", &mut self.target, S::DIM, len)?;
+        layout.keep_vector("force w (AO: direction)", &mut self.w, (S::DIM, len), None)?;
+        layout.keep_vector("target t (AO: v*)", &mut self.target, (S::DIM, len), None)?;
         layout.keep_vector(
             "multiplier lambda / K (NSO: damping)",
             &mut self.multiplier,
-            S::DIM,
-            len,
+            (S::DIM, len),
+            None,
         )?;
         if self.setup.params.relaxation != 1.0 {
             let name = "damping of NSO beside the multiplier (beta is not 1)";
-            layout.keep_vector(name, &mut self.spare, S::DIM, len)?;
+            layout.keep_vector(name, &mut self.spare, (S::DIM, len), None)?;
         }
         layout.keep("pressure p", &mut self.p, len)?;
         layout.keep("pressure pbar", &mut self.pbar, len)?;

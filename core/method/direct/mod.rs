@@ -10,6 +10,7 @@
 //! exact in time for a flow at rest; it begins on coarser grids (see [`crate::objective::coarse`]) in the bytes of the finest grid's work.
 
 mod descend;
+mod kept;
 mod level;
 pub mod params;
 mod setup;
@@ -20,8 +21,8 @@ mod work;
 use crate::checkpoint::{Damaged, MANY, Mix, Record};
 use crate::exec::Exec;
 use crate::field::Vector;
-use crate::grid::Space;
-use crate::memory::{Layout, TooSmall};
+use crate::grid::{Grid, Space};
+use crate::memory::{Layout, TooSmall, Visit};
 use crate::method::animation::Animation;
 use crate::method::contract::{Contract, Measure, Parts, fits, pairs_that_fit};
 use crate::method::params::Params;
@@ -36,7 +37,7 @@ use crate::real::Real;
 use core::marker::PhantomData;
 use params::{DirectParams, coarse_iterations};
 use setup::Setup;
-use sizes::{Sizes, Threads, kept};
+use sizes::{Sizes, Threads, coarser};
 
 /// Their tolerance in parts of the finest grid's: a plateau there is seldom the end, and to go on costs little.
 const COARSE_TOLERANCE: f64 = 1e-2;
@@ -129,9 +130,8 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
         }
     }
 
-    /// Fields are not passed between grids of which ranks have parts.
-    fn shares(params: &Params) -> bool {
-        !params.direct.nested
+    fn shares(_: &Params) -> bool {
+        true
     }
 
     fn most_iterations(problem: &Problem<'_>, params: &Params) -> usize {
@@ -200,17 +200,27 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
             pivots,
             setup,
             threads,
+            level,
             ..
         } = self;
-        let sums = setup.history.sums_per_row() * setup.grid.rows();
+        // A grid that a rank has all of may have more rows than its part of the finest.
+        let rows = animation.levels.grids.iter().take(threads.len()).map(Grid::rows);
+        let sums = setup.history.sums_per_row() * rows.max().unwrap_or(0);
         animation.layout(layout, sums)?;
         layout.work("pivots in time", pivots, animation.slots)?;
         let levels = &animation.levels;
-        layout.in_turn(rest, kept(levels, setup, threads), |ledger| {
+        let (len, level) = (kept::len(levels, setup, threads.len() - 1), *level);
+        let show = |rest: &mut [T], visit: &mut dyn Visit<T>| {
+            // Before the first iteration nothing is there.
+            if let Some(level) = level {
+                kept::show(levels, setup, level, rest, visit);
+            }
+        };
+        layout.in_turn_with(rest, (len, show), |ledger| {
             let finest = setup.flow.sweep.threads;
             Sizes::<T>::measure(levels, setup, 0, finest, ledger);
             if threads.len() > 1 {
-                let coarser = Sizes::<T>::new(levels, setup, 1, 1).all();
+                let coarser = coarser(levels, setup, threads.len(), 0);
                 ledger.line("coarser grids before", coarser, T::BYTES);
             }
             animation.measure_initial(finest, ledger);

@@ -41,7 +41,12 @@ impl<T: Real> Sizes<T> {
 
     /// All of them.
     pub fn all(&self) -> usize {
-        self.data.saturating_add(self.rest)
+        self.with(0)
+    }
+
+    /// All of them, where coarser grids need so many of the rest.
+    pub fn with(&self, coarser: usize) -> usize {
+        self.data.saturating_add(self.rest.max(coarser))
     }
 
     /// What `rest` is made of.
@@ -65,27 +70,6 @@ fn elements<T: Real>(measure: impl FnOnce(&mut Ledger)) -> usize {
     ledger.elements(T::BYTES)
 }
 
-/// Elements of the finest grid's rest in which one iteration finds what the one before left, on whichever grid that is: the data of
-/// the grids down to it, and quasi-Newton's fields on it. Behind them is work.
-pub fn kept<T: Real>(levels: &Levels<'_, T>, setup: &Setup, threads: &Threads) -> usize {
-    let fields = |level: usize| {
-        elements::<T>(|ledger| {
-            let mut pool = Pool::<T>::measuring(ledger);
-            quasi_newton::fields::take(
-                &levels.grids[level],
-                slots_on(setup, level),
-                setup.history,
-                &mut pool,
-            );
-        })
-    };
-    let coarser = (1..threads.len()).scan(0, |above, level| {
-        *above += Sizes::<T>::new(levels, setup, level, 1).data;
-        Some(*above + fields(level))
-    });
-    coarser.fold(fields(0), usize::max)
-}
-
 /// Threads on each grid that takes part, finest first.
 #[derive(Clone, Debug)]
 pub struct Threads(heapless::Vec<usize, MAX_LEVELS>);
@@ -93,18 +77,20 @@ pub struct Threads(heapless::Vec<usize, MAX_LEVELS>);
 impl Threads {
     /// Which grids take part follows from the problem and the pairs alone; on how many threads, from what is planned.
     pub fn new<T: Real>(levels: &Levels<'_, T>, setup: &Setup) -> Self {
-        let size = |level: usize, threads: usize| Sizes::<T>::new(levels, setup, level, threads);
+        let count = if levels.finest.is_part() {
+            taking_part(&whole(levels), setup)
+        } else {
+            taking_part(levels, setup)
+        };
         let mut list = heapless::Vec::new();
         let mut threads = setup.flow.sweep.threads;
         let _ = list.push(threads);
-        for (level, pair) in levels.grids.windows(2).enumerate() {
-            let fits = size(level + 1, 1).all() <= size(level, 1).rest;
-            if !(setup.nested && coarse::begins_on(&pair[0], &pair[1]) && fits) {
-                break;
-            }
-            let room = size(level, threads).rest;
+        for level in 1..count {
+            let size = |level: usize, threads: usize| Sizes::<T>::new(levels, setup, level, threads);
+            let coarser = coarser(levels, setup, count, level);
+            let room = size(level - 1, threads).rest.max(size(level, 1).with(coarser));
             threads = coarse::halvings(threads)
-                .find(|&threads| size(level + 1, threads).all() <= room)
+                .find(|&threads| size(level, threads).with(coarser) <= room)
                 .unwrap_or(1);
             let _ = list.push(threads);
         }
@@ -120,4 +106,27 @@ impl Threads {
     pub fn on(&self, level: usize) -> usize {
         self.0[level]
     }
+}
+
+/// The same grids where one program has all of each. They take much of a stack, and are gone when they are counted.
+#[inline(never)]
+fn whole<T: Real>(levels: &Levels<'_, T>) -> Levels<'static, T> {
+    Levels::bare(&levels.finest.whole(), levels.filters())
+}
+
+/// Grids that take part where one program has all of each: the next one has room in the work of the one before.
+fn taking_part<T: Real>(levels: &Levels<'_, T>, setup: &Setup) -> usize {
+    let size = |level: usize| Sizes::<T>::new(levels, setup, level, 1);
+    let pairs = levels.grids.windows(2).enumerate();
+    let coarser = pairs.take_while(|(level, pair)| {
+        setup.nested && coarse::begins_on(&pair[0], &pair[1]) && size(level + 1).all() <= size(*level).rest
+    });
+    1 + coarser.count()
+}
+
+/// Elements of the rest of grid `level` that the `count` grids after it need, on one thread each: none after the last.
+pub fn coarser<T: Real>(levels: &Levels<'_, T>, setup: &Setup, count: usize, level: usize) -> usize {
+    (level + 1..count).rev().fold(0, |coarser, level| {
+        Sizes::<T>::new(levels, setup, level, 1).with(coarser)
+    })
 }

@@ -219,7 +219,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Lbfgs<'m, T, S> {
         let sums = setup.history.sums_per_row() * setup.grid.rows();
         self.animation.layout(layout, sums)?;
         let len = setup.grid.cells() * self.animation.slots;
-        layout.keep_vector("force u", &mut self.u, S::DIM, len)?;
+        layout.keep_vector("force u", &mut self.u, (S::DIM, len), None)?;
         let mut rest = core::mem::take(&mut self.rest);
         let done = layout.in_turn(&mut rest, Self::pairs(&setup), |ledger| {
             let threads = setup.flow.sweep.threads;

@@ -122,7 +122,8 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Simulation<'m, T, S> {
             ..
         } = self;
         animation.layout(layout, 2 * setup.grid.rows())?;
-        layout.keep_vector("force", w, S::DIM, setup.grid.cells() * animation.slots)?;
+        let grid = &setup.grid;
+        layout.keep_vector("force", w, (S::DIM, grid.cells() * animation.slots), grid.part())?;
         layout.in_turn(region, 0, |ledger| {
             let (levels, sweep) = (&animation.levels, &setup.flow.sweep);
             let mut pool = Pool::measuring(ledger);

@@ -201,7 +201,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Templates<'m, T, S> {
         self.animation.layout(layout, sums)?;
         layout.keep("unknowns of templates", &mut self.z, setup.unknowns.cells())?;
         let len = setup.grid.cells() * self.animation.slots;
-        layout.keep_vector("force u", &mut self.u, S::DIM, len)?;
+        layout.keep_vector("force u", &mut self.u, (S::DIM, len), None)?;
         let mut rest = core::mem::take(&mut self.rest);
         let done = layout.in_turn(&mut rest, Self::pairs(&setup), |ledger| {
             self.measure(ledger);

@@ -164,6 +164,7 @@ impl SweepArguments {
                 output: None,
                 interrupt: Some(interrupt.clone()),
                 clock,
+                ranks: None,
             };
             return resume::go_on(checkpoint::open(&run.folder)?, on);
         }

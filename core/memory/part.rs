@@ -1,0 +1,119 @@
+//! Fields of which several programs, the ranks, have a part each: planes that lie one after the other, and copies of the planes beside.
+//!
+//! ```text
+//! rank 0     wall | 0 1 2 3 4 5 | 6 7
+//! rank 1            4 5 | 6 7 8 9 10 | 11 12
+//! rank 2                  9 10 | 11 12 13 14 15 | wall
+//! ```
+
+use core::ops::Range;
+
+/// Planes on either side that a rank has copies of: as far as transport reads.
+pub const REACH: usize = 2;
+/// The fewest planes of a rank: its neighbours' copies are of nobody else.
+pub const THINNEST: usize = REACH;
+
+/// `total` cut into pieces of `unit`, of which a rank has about as many as another.
+#[must_use]
+pub fn cut(total: usize, unit: usize, rank: usize, ranks: usize) -> Range<usize> {
+    let pieces = total.div_ceil(unit.max(1));
+    let begin = |rank: usize| (pieces * rank / ranks.max(1) * unit).min(total);
+    begin(rank)..begin(rank + 1)
+}
+
+/// Which of the ranks that share a box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Share {
+    /// The rank, from 0.
+    pub rank: usize,
+    /// How many there are.
+    pub ranks: usize,
+}
+
+/// Which planes of a field a rank has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// The rank.
+    pub share: Share,
+    /// Planes of the whole field.
+    pub planes: usize,
+    /// Whether the last of them is beside the first.
+    pub ring: bool,
+}
+
+impl Part {
+    /// The planes of the whole field that a rank has.
+    #[must_use]
+    pub fn of(self, rank: usize) -> Range<usize> {
+        cut(self.planes, 1, rank, self.share.ranks)
+    }
+
+    /// Copies below and above this rank's planes.
+    #[must_use]
+    pub fn copies(self) -> [usize; 2] {
+        self.neighbours()
+            .map(|neighbour| REACH * usize::from(neighbour.is_some()))
+    }
+
+    /// The planes that are no copies, among those that this rank has in memory.
+    #[must_use]
+    pub fn own(self) -> Range<usize> {
+        let [below, _] = self.copies();
+        below..below + self.of(self.share.rank).len()
+    }
+
+    /// The planes that this rank has in memory.
+    #[must_use]
+    pub fn held(self) -> usize {
+        let [below, above] = self.copies();
+        self.of(self.share.rank).len() + below + above
+    }
+
+    /// Elements of the whole field where those in memory are `held`.
+    #[must_use]
+    pub fn whole(self, held: usize) -> usize {
+        held / self.held().max(1) * self.planes
+    }
+
+    /// The rank that has the planes below those of this one, and the rank that has those above.
+    #[must_use]
+    pub fn neighbours(self) -> [Option<usize>; 2] {
+        let Share { rank, ranks } = self.share;
+        [
+            (self.ring || rank > 0).then(|| (rank + ranks - 1) % ranks),
+            (self.ring || rank + 1 < ranks).then(|| (rank + 1) % ranks),
+        ]
+    }
+}
+
+/// How much of a field a program has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Held {
+    /// All of it, and so have the other ranks, if there are any.
+    All,
+    /// Some planes of cells, or of faces along them.
+    Planes(Part),
+    /// Some planes of faces between them.
+    Between(Part),
+}
+
+impl Held {
+    /// That of component `axis` of a field of `dims` components, or of cells.
+    #[must_use]
+    pub fn of(part: Option<Part>, dims: usize, axis: Option<usize>) -> Self {
+        match (part, axis) {
+            (None, _) => Self::All,
+            (Some(part), Some(axis)) if axis + 1 == dims => Self::Between(part),
+            (Some(part), _) => Self::Planes(part),
+        }
+    }
+
+    /// Elements of the whole field where those in memory are `held`.
+    #[must_use]
+    pub fn whole(self, held: usize) -> usize {
+        match self {
+            Self::All => held,
+            Self::Planes(part) | Self::Between(part) => part.whole(held),
+        }
+    }
+}
