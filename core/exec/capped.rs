@@ -1,4 +1,4 @@
-use super::{Exec, Ranks};
+use super::{Device, Exec, Ranks};
 
 /// An [`Exec`] that offers fewer threads than another, on which it runs: for work whose scratch was planned for fewer.
 pub struct Capped<'a> {
@@ -27,5 +27,9 @@ impl Exec for Capped<'_> {
 
     fn ranks(&self) -> &dyn Ranks {
         self.exec.ranks()
+    }
+
+    fn device(&self) -> Option<&dyn Device> {
+        self.exec.device()
     }
 }

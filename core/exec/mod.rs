@@ -10,10 +10,12 @@
 //! | `capped` | fewer threads than there are: [`Capped`] |
 //! | `pool` | threads that stay awake: [`WorkerPool`] |
 //! | `ranks` | programs that share one solve: [`Ranks`] |
+//! | `device` | a machine with a memory of its own: [`Device`] |
 #![allow(unsafe_code)]
 
 mod capped;
 mod chunks;
+pub mod device;
 // Machines without 64-bit atomics hardly have threads to lend.
 #[cfg(target_has_atomic = "64")]
 mod pool;
@@ -24,6 +26,7 @@ mod slabs;
 mod waves;
 
 pub use capped::Capped;
+pub use device::{Beside, Device};
 #[cfg(target_has_atomic = "64")]
 pub use pool::{Worker, WorkerPool};
 pub use ranks::{Alone, Ranks, Together};
@@ -42,6 +45,10 @@ pub trait Exec: Sync {
     /// The programs that share the solve; by default there is no other.
     fn ranks(&self) -> &dyn Ranks {
         &Alone
+    }
+    /// The device on which a search by the direct method goes; by default there is none.
+    fn device(&self) -> Option<&dyn Device> {
+        None
     }
 }
 

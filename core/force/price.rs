@@ -6,7 +6,7 @@
 use crate::exec::Exec;
 use crate::field::trajectory::{self, Shape};
 use crate::field::{Vector, VectorMut, reborrow, rows, view};
-use crate::grid::Space;
+use crate::grid::{Grid, Space};
 use crate::operators::plaquette::Drag;
 use crate::operators::self_advection::{Fluid, Reads, Start, for_blocks};
 use crate::real::Real;
@@ -57,6 +57,19 @@ fn combine<T: Real, S: Space>(
     );
 }
 
+/// The steps of [`solve`], of which number `step` goes so far; `None` after the last. `smoothing` is s^2.
+#[must_use]
+pub fn length(grid: &Grid, smoothing: f64, step: usize) -> Option<f64> {
+    let largest = 1.0 + smoothing * grid.h.iter().take(grid.dims).map(|h| 4.0 / (h * h)).sum::<f64>();
+    let (middle, half) = (0.5 * (largest + 1.0), 0.5 * (largest - 1.0));
+    let steps = libm::ceil(libm::acosh(1.0 / LEFT) / libm::acosh(middle / half)) as usize;
+    let steps = steps.clamp(1, MOST_STEPS);
+    (step < steps).then(|| {
+        let angle = core::f64::consts::PI * (alternating(step, steps) as f64 + 0.5) / steps as f64;
+        1.0 / (middle + half * libm::cos(angle))
+    })
+}
+
 /// `x = q(B) y` in every slot, the polynomial of lowest degree with |q(t) t - 1| <= 0.6 wherever B has eigenvalues: B^-1, roughly, but
 /// symmetric and positive, by Richardson's steps at the roots of Chebyshev's polynomial. `work` is a field like them.
 pub fn solve<'a, T: Real, S: Space>(
@@ -74,19 +87,14 @@ pub fn solve<'a, T: Real, S: Space>(
         ..
     } = fluid;
     let shape = Shape { grid, slots };
-    let largest = 1.0 + viscosity * grid.h.iter().take(grid.dims).map(|h| 4.0 / (h * h)).sum::<f64>();
-    let (middle, half) = (0.5 * (largest + 1.0), 0.5 * (largest - 1.0));
-    let steps = libm::ceil(libm::acosh(1.0 / LEFT) / libm::acosh(middle / half)) as usize;
-    let steps = steps.clamp(1, MOST_STEPS);
+    let lengths = (0..).map_while(|step| length(grid, viscosity, step));
     // The first step from 0 is a multiple of y. So many more that the last ends in x.
-    let (mut now, mut next) = if steps.is_multiple_of(2) {
+    let (mut now, mut next) = if lengths.clone().count().is_multiple_of(2) {
         (work, x)
     } else {
         (x, work)
     };
-    for step in 0..steps {
-        let angle = core::f64::consts::PI * (alternating(step, steps) as f64 + 0.5) / steps as f64;
-        let length = 1.0 / (middle + half * libm::cos(angle));
+    for (step, length) in lengths.enumerate() {
         if step == 0 {
             trajectory::add(exec, shape, &mut now, 0.0, length, y);
             continue;

@@ -39,6 +39,12 @@ impl<'a> TimeLine<'a> {
         Self { pivots, coupling }
     }
 
+    /// The reciprocal pivots, and minus the entries beside the diagonal.
+    #[must_use]
+    pub fn numbers(&self) -> (&'a [f64], f64) {
+        (self.pivots, self.coupling)
+    }
+
     /// x <- (kappa + S)^-1 x for every face of a row of all slots, `nx` faces a slot.
     pub fn solve<T: Real>(&self, row: &mut [T], nx: usize) {
         let coupling = T::from_f64(self.coupling);

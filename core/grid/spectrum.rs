@@ -32,6 +32,16 @@ fn half_waves(axis: Axis, parity: Parity, k: usize) -> usize {
     }
 }
 
+/// Value `i` of eigenvector `k` of an axis without open sides, even ones before odd ones, scaled to length 1, and its eigenvalue times h^2.
+#[must_use]
+pub fn eigenvector_of(axis: Axis, k: usize, i: usize) -> (f64, f64) {
+    let even = Parity::Even.count(axis.cells());
+    match k.checked_sub(even) {
+        None => eigenvector(axis, Parity::Even, k, i),
+        Some(odd) => eigenvector(axis, Parity::Odd, odd, i),
+    }
+}
+
 /// Value `i` of eigenvector `k` of a parity, scaled to length 1, and its eigenvalue times h^2.
 fn eigenvector(axis: Axis, parity: Parity, k: usize, i: usize) -> (f64, f64) {
     if !open_modes::folds(axis) {

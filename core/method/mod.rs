@@ -9,7 +9,7 @@ pub mod choices;
 mod coarse_start;
 pub mod contract;
 pub mod direct;
-mod first_hessian;
+pub mod first_hessian;
 pub mod lbfgs;
 mod list;
 pub mod output;

@@ -54,6 +54,12 @@ impl Descent {
         }
     }
 
+    /// Whether the value and the gradient at the point are known.
+    #[must_use]
+    pub fn has_begun(&self) -> bool {
+        self.objective.is_some()
+    }
+
     /// Its state in a checkpoint, the fields' numbers aside.
     ///
     /// # Errors

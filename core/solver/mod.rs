@@ -184,6 +184,12 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
         progress
     }
 
+    /// Takes back what the device of `exec` has, if there is one and it searches: before [`Self::save`], so that the state can go on.
+    pub fn fetch(&mut self, exec: &dyn Exec) {
+        let script = Script::new(self.lists, self.fields);
+        self.engine.get_mut().fetch(exec, &script);
+    }
+
     /// Iterates to the end and makes the result feasible; `each` hears every iteration. Where the last step was not finite but a flow before
     /// it was, that is the result and the solve has stalled: see [`Status::of_result`].
     pub fn solve(

@@ -19,6 +19,7 @@ mod terms;
 
 pub use flow::{Flow, ROWS_AHEAD};
 pub use stepping::{Stepping, Stop, TooFast};
+pub use substeps::negligible;
 
 use crate::exec::Exec;
 use crate::field::{VectorMut, reborrow, view};

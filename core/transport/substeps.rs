@@ -15,7 +15,7 @@ use crate::real::Real;
 /// Values of a field below this part of the cut are set to 0: a quarter of the square root of the rounding error, which makes 1e-9
 /// of max rho_0 in single precision with the default cut and keeps mass to 1e-7. Far from the smoke they would otherwise fade into
 /// denormal numbers, on which processors are a hundred times slower; and rows without smoke are passed over.
-fn negligible<T: Real>() -> f64 {
+pub fn negligible<T: Real>() -> f64 {
     0.25 * libm::sqrt(T::EPSILON)
 }
 

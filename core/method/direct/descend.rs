@@ -1,7 +1,8 @@
 //! One quasi-Newton iteration on the grid that the solve has come to.
 
 use super::Direct;
-use super::work::Work;
+use super::there::There;
+use super::work::{Work, is_usable};
 use crate::exec::{Capped, Exec};
 use crate::field::trajectory;
 use crate::field::view;
@@ -10,15 +11,10 @@ use crate::method::first_hessian;
 use crate::objective::script::Script;
 use crate::observe::Observer;
 use crate::optimise::descent::{Descent, Function, Outcome};
-use crate::optimise::line_search::SMALLEST_STEP;
 use crate::optimise::quasi_newton::recursion::{Borrowed, QuasiNewton};
 use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
-use crate::transport::{MAX_SUBSTEPS, Stop};
-
-/// max |d| of a direction above which the shortest step along it is faster than transport can follow on any grid, whose cells are at most a
-/// quarter of the box: to move there and back would only cost the flow its digits.
-const FASTEST: f64 = MAX_SUBSTEPS as f64 / SMALLEST_STEP;
+use crate::transport::Stop;
 
 impl<T: Real, S: Space> Direct<'_, T, S> {
     /// One iteration on the current grid.
@@ -32,10 +28,23 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         let level = self.level.unwrap_or(0);
         let tolerance = self.tolerance_on(level);
         let descent = core::mem::replace(&mut self.descent, Descent::new(self.setup.history));
+        let is_there = self.there == Some(level);
+        self.there = exec.device().map(|_| level);
         let mut work = self.work(level, script);
         let exec = &Capped::new(exec, work.evaluation.setup.sweep.threads);
         (progress.cells, progress.level) = (work.shape().grid.n, level);
-        let (descent, outcome) = descent.step::<T, S>(exec, observer, &mut work, tolerance, progress)?;
+        let (descent, outcome) = match exec.device() {
+            None => descent.step::<T, S>(exec, observer, &mut work, tolerance, progress)?,
+            Some(device) => {
+                let mut there = There::new(device, &mut work);
+                if !is_there {
+                    there.begin(&descent);
+                }
+                let ended = descent.step::<T, S>(exec, observer, &mut there, tolerance, progress);
+                there.read_back();
+                ended?
+            }
+        };
         drop(work);
         self.descent = descent;
         Ok(outcome)
@@ -50,11 +59,10 @@ impl<T: Real, S: Space> Function<T, S> for Work<'_, '_, T> {
         newton: &mut QuasiNewton,
     ) -> Result<f64, Stop> {
         let slope = newton.descend(exec, self.shape(), &mut self.fields);
-        let [divergence, speed] =
-            self.evaluation
-                .clean(exec, observer, &mut self.fields[newton.direction])?;
-        let usable = divergence.is_finite() && speed <= FASTEST;
-        Ok(if usable { slope } else { f64::NAN })
+        let left = self
+            .evaluation
+            .clean(exec, observer, &mut self.fields[newton.direction])?;
+        Ok(if is_usable(left) { slope } else { f64::NAN })
     }
 
     fn move_along(&mut self, exec: &dyn Exec, direction: usize, s: f64) {

@@ -16,6 +16,7 @@ pub mod params;
 mod setup;
 mod sizes;
 mod start;
+pub mod there;
 mod work;
 
 use crate::checkpoint::{Damaged, MANY, Mix, Record};
@@ -38,6 +39,7 @@ use core::marker::PhantomData;
 use params::{DirectParams, coarse_iterations};
 use setup::Setup;
 use sizes::{Sizes, Threads, coarser};
+use there::There;
 
 /// Their tolerance in parts of the finest grid's: a plateau there is seldom the end, and to go on costs little.
 const COARSE_TOLERANCE: f64 = 1e-2;
@@ -54,6 +56,8 @@ pub struct Direct<'m, T, S> {
     threads: Threads,
     /// The grid that is worked on, or `None` before the first iteration.
     level: Option<usize>,
+    /// The grid that a device has the fields of, if any has.
+    there: Option<usize>,
     descent: Descent,
     iteration: usize,
     space: PhantomData<S>,
@@ -92,6 +96,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
             rest: &mut [],
             pivots: &mut [],
             level: None,
+            there: None,
             descent: Descent::new(setup.history),
             iteration: 0,
             setup,
@@ -234,8 +239,17 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
         record.option(&mut level, |record, level| record.count(level, coarsest))?;
         record.count(&mut iteration, MANY)?;
         descent.record(record)?;
+        if record.is_read() {
+            self.there = None;
+        }
         (self.level, self.descent, self.iteration) = (level, descent, iteration);
         Ok(())
+    }
+
+    fn fetch(&mut self, exec: &dyn Exec, script: &Script<'_, T>) {
+        if let (Some(device), Some(level)) = (exec.device(), self.there) {
+            There::new(device, &mut self.work(level, script)).read_fields();
+        }
     }
 
     /// One iteration, on the grid that the solve has come to.

@@ -46,10 +46,16 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         coarsest
     }
 
+    /// Forgets how the descent went on another grid, and whoever went along it.
+    fn begin_descent(&mut self) {
+        self.descent = Descent::new(self.setup.history);
+        self.there = None;
+    }
+
     /// Begins on the finest grid with v as it is, projected; whether that is a flow.
     pub(super) fn begin_on_finest(&mut self, exec: &dyn Exec, script: &Script<'_, T>) -> bool {
         self.level = Some(0);
-        self.descent = Descent::new(self.setup.history);
+        self.begin_descent();
         let mut work = self.work(0, script);
         let tolerance = work.evaluation.setup.projection_tolerance;
         let projected = work.evaluation.project(exec, &mut Silent, &mut work.v, tolerance);
@@ -92,7 +98,7 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         };
         coarse::prolong(exec, levels, fine, slots, view(&v), at.v, pool.into_rest());
         self.level = Some(fine);
-        self.descent = Descent::new(self.setup.history);
+        self.begin_descent();
         let mut work = self.work(fine, script);
         let exec = &Capped::new(exec, work.evaluation.setup.sweep.threads);
         work.evaluation
@@ -118,7 +124,7 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         while self.level.is_some_and(|level| level > 0) {
             self.ascend(exec, &mut Silent, script)?;
         }
-        self.descent = Descent::new(self.setup.history);
+        self.begin_descent();
         let force = self.descent.newton.direction;
         let stepping = self.setup.flow.sweep.stepping;
         let mut work = self.work(0, script);

@@ -12,9 +12,20 @@ use crate::memory::Pool;
 use crate::method::animation::Animation;
 use crate::objective::flow::{self, Evaluation};
 use crate::objective::script::Script;
+use crate::optimise::line_search::SMALLEST_STEP;
 use crate::optimise::quasi_newton;
 use crate::optimise::quasi_newton::fields::Fields;
 use crate::real::Real;
+use crate::transport::MAX_SUBSTEPS;
+
+/// max |d| of a direction above which the shortest step along it is faster than transport can follow on any grid, whose cells are at most a
+/// quarter of the box: to move there and back would only cost the flow its digits.
+const FASTEST: f64 = MAX_SUBSTEPS as f64 / SMALLEST_STEP;
+
+/// Whether a direction is of use, of which so much divergence is left and which is so fast.
+pub(super) fn is_usable([divergence, speed]: [f64; 2]) -> bool {
+    divergence.is_finite() && speed <= FASTEST
+}
 
 /// One grid with all that an iteration on it uses.
 pub(super) struct Work<'a, 'm, T> {
