@@ -1,0 +1,79 @@
+// Kernels that read nothing beside an element, and sums over all elements.
+
+@group(0) @binding(0) var<storage, read_write> to: array<f32>;
+@group(0) @binding(1) var<storage, read_write> x: array<f32>;
+@group(0) @binding(2) var<storage, read_write> y: array<f32>;
+
+// to = a to + b x; where a is 0 `to` is not read, where b is 0 x is not.
+@compute @workgroup_size(256)
+fn add(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let element = number(group, groups, local);
+    if element >= u.count {
+        return;
+    }
+    var sum = 0.0;
+    if u.a != 0.0 {
+        sum = u.a * to[element];
+    }
+    if u.b != 0.0 {
+        sum += u.b * x[element];
+    }
+    to[element] = sum;
+}
+
+// to *= x.
+@compute @workgroup_size(256)
+fn multiply(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let element = number(group, groups, local);
+    if element >= u.count {
+        return;
+    }
+    to[element] = to[element] * x[element];
+}
+
+var<workgroup> shared_sums: array<f32, 256>;
+
+// The sum of x y over `count` elements, or of x x (flag 0), a number for each group at `first` of `to`.
+@compute @workgroup_size(256)
+fn dot_all(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    var sum = 0.0;
+    for (var element = group.x * GROUP + local; element < u.count; element += groups.x * GROUP) {
+        var factor = x[element];
+        if !flag(0u) {
+            factor = y[element];
+        }
+        sum += x[element] * factor;
+    }
+    shared_sums[local] = sum;
+    workgroupBarrier();
+    for (var half = GROUP / 2u; half > 0u; half /= 2u) {
+        if local < half {
+            shared_sums[local] = shared_sums[local] + shared_sums[local + half];
+        }
+        workgroupBarrier();
+    }
+    if local == 0u {
+        to[u.first + group.x] = shared_sums[0];
+    }
+}
+
+// The largest |x| of `count` elements, a number for each group at `first` of `to`; 1e30 where x is not finite.
+@compute @workgroup_size(256)
+fn largest(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    var most = 0.0;
+    for (var element = group.x * GROUP + local; element < u.count; element += groups.x * GROUP) {
+        let size = abs(x[element]);
+        most = max(most, select(1e30, size, size < 1e30));
+    }
+    shared_sums[local] = most;
+    workgroupBarrier();
+    for (var half = GROUP / 2u; half > 0u; half /= 2u) {
+        if local < half {
+            shared_sums[local] = max(shared_sums[local], shared_sums[local + half]);
+        }
+        workgroupBarrier();
+    }
+    if local == 0u {
+        to[u.first + group.x] = shared_sums[0];
+    }
+}

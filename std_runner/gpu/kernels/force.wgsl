@@ -1,0 +1,135 @@
+// The force of a flow, its adjoint (core/force), and the price of curls (core/force/price), gathered at each face from its plaquettes.
+//
+// For a face along axis a and each other axis b there are two plaquettes: that of the face's own cell, whose A+ the face is, and the next one
+// along b, whose A- it is (core/operators/plaquette.rs).
+
+@group(0) @binding(0) var<storage, read_write> to: array<f32>;
+@group(0) @binding(1) var<storage, read_write> v: array<f32>;
+@group(0) @binding(2) var<storage, read_write> w: array<f32>;
+@group(0) @binding(3) var<storage, read_write> other: array<f32>;
+
+// The faces A-, A+, B-, B+ of the plaquette of a cell.
+fn corners(a: u32, b: u32, cell: u32) -> vec4<u32> {
+    return vec4<u32>(a * u.apart + beside(cell, b, -1), a * u.apart + cell, b * u.apart + beside(cell, a, -1), b * u.apart + cell);
+}
+
+fn is_dead(a: u32, b: u32, cell: u32) -> bool {
+    return on_wall(cell, a) || on_wall(cell, b);
+}
+
+fn omega(q: vec4<f32>, a: u32, b: u32) -> f32 {
+    return (q.w - q.z) * inverse_of(a) - (q.y - q.x) * inverse_of(b);
+}
+
+fn of_v(at: vec4<u32>, begin: u32) -> vec4<f32> {
+    return vec4<f32>(v[begin + at.x], v[begin + at.y], v[begin + at.z], v[begin + at.w]);
+}
+
+fn of_w(at: vec4<u32>) -> vec4<f32> {
+    return vec4<f32>(w[at.x], w[at.y], w[at.z], w[at.w]);
+}
+
+// What the plaquette of a cell does to its face A+ (sign -1) or A- (sign 1): Adv(v) + nu C^T C v. `a` is nu.
+fn advection(a: u32, b: u32, cell: u32, sign: f32) -> f32 {
+    if is_dead(a, b, cell) {
+        return 0.0;
+    }
+    let q = of_v(corners(a, b, cell), 0u);
+    let curl = omega(q, a, b);
+    return -(curl * 0.5 * (q.z + q.w) * 0.5) + sign * u.a * curl * inverse_of(b);
+}
+
+// to = v - w + Adv(v) + nu C^T C v at a step, w being the flow before.
+@compute @workgroup_size(256)
+fn force(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let element = number(group, groups, local);
+    let a = element / u.apart;
+    let cell = element % u.apart;
+    if a >= dims() || cell >= cells() {
+        return;
+    }
+    var sum = v[element] - w[element];
+    for (var b = 0u; b < dims(); b++) {
+        if b == a {
+            continue;
+        }
+        sum += advection(a, b, cell, -1.0);
+        if has_above(cell, b) {
+            sum += advection(a, b, beside(cell, b, 1), 1.0);
+        }
+    }
+    to[element] = sum;
+}
+
+fn transposed(a: u32, b: u32, cell: u32, sign: f32) -> f32 {
+    if is_dead(a, b, cell) {
+        return 0.0;
+    }
+    let at = corners(a, b, cell);
+    let q = of_v(at, 0u);
+    let m = of_w(at);
+    let curl = omega(q, a, b);
+    let ma = -0.5 * (m.x + m.y);
+    let mb = 0.5 * (m.z + m.w);
+    let g = ma * 0.5 * (q.z + q.w) + mb * 0.5 * (q.x + q.y) + u.a * omega(m, a, b);
+    return mb * curl * 0.5 + sign * g * inverse_of(b);
+}
+
+// to = w - other + (J(v)^T + nu C^T C) w at a step, other being w of the step after; flag 0: there is none.
+@compute @workgroup_size(256)
+fn force_back(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let element = number(group, groups, local);
+    let a = element / u.apart;
+    let cell = element % u.apart;
+    if a >= dims() || cell >= cells() {
+        return;
+    }
+    var sum = w[element];
+    if !flag(0u) {
+        sum -= other[element];
+    }
+    for (var b = 0u; b < dims(); b++) {
+        if b == a {
+            continue;
+        }
+        sum += transposed(a, b, cell, -1.0);
+        if has_above(cell, b) {
+            sum += transposed(a, b, beside(cell, b, 1), 1.0);
+        }
+    }
+    to[element] = sum;
+}
+
+fn drag(a: u32, b: u32, cell: u32, sign: f32, begin: u32) -> f32 {
+    if is_dead(a, b, cell) {
+        return 0.0;
+    }
+    return sign * u.b * omega(of_v(corners(a, b, cell), begin), a, b) * inverse_of(b);
+}
+
+// to = a v + b C^T C v + c w, at `count` steps.
+@compute @workgroup_size(256)
+fn price(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let element = number(group, groups, local);
+    let step = element / (u.apart * dims());
+    let begin = step * u.apart * dims();
+    let a = (element - begin) / u.apart;
+    let cell = element % u.apart;
+    if step >= u.count || cell >= cells() {
+        return;
+    }
+    var sum = u.a * v[element];
+    for (var b = 0u; b < dims(); b++) {
+        if b == a {
+            continue;
+        }
+        sum += drag(a, b, cell, -1.0, begin);
+        if has_above(cell, b) {
+            sum += drag(a, b, beside(cell, b, 1), 1.0, begin);
+        }
+    }
+    if u.c != 0.0 {
+        sum += u.c * w[element];
+    }
+    to[element] = sum;
+}

@@ -1,0 +1,269 @@
+//! A device that is open: its queue, its kernels, and the numbers that come back.
+
+use crate::kernels::{GROUP, Kernel, Kernels, NUMBERS, Numbers};
+use crate::memory::{Field, Part, Size};
+use pollster::block_on;
+use std::sync::{Arc, Mutex, PoisonError, mpsc};
+use wgpu::{
+    Adapter, BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, Buffer, BufferBinding,
+    BufferDescriptor, BufferUsages, CommandEncoderDescriptor, ComputePassDescriptor, Device,
+    DeviceDescriptor, ErrorFilter, Features, Limits, MapMode, PollType, Queue,
+};
+
+/// Groups in a row of a dispatch at most.
+const ROW: u64 = 32768;
+/// Dispatches that wait at most before they are handed over.
+const WAITING: usize = 1024;
+/// Groups of a sum over all elements: as many numbers come back.
+pub const PARTIAL: usize = 64;
+/// Sums that may come back together.
+const SUMS: usize = 1 << 16;
+
+/// One kernel over some parts of fields.
+struct Dispatch {
+    kernel: Kernel,
+    bound: BindGroup,
+    numbers: [u8; NUMBERS],
+    groups: [u32; 2],
+}
+
+/// What went wrong first, if anything did.
+type Failure = Arc<Mutex<Option<String>>>;
+
+/// A device that is open.
+pub struct Machine {
+    device: Device,
+    queue: Queue,
+    kernels: Kernels,
+    limits: Limits,
+    waiting: Vec<Dispatch>,
+    /// Where sums are left, and where they are read.
+    sums: Field,
+    nothing: Field,
+    staging: Buffer,
+    taken: usize,
+    failure: Failure,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Machine {
+    /// Opens an adapter.
+    pub fn open(adapter: &Adapter) -> Result<Self, String> {
+        let limits = adapter.limits();
+        if !adapter.features().contains(Features::IMMEDIATES)
+            || (limits.max_immediate_size as usize) < NUMBERS
+        {
+            return Err("its driver offers no immediate data (push constants) of 64 bytes".into());
+        }
+        let described = DeviceDescriptor {
+            label: Some("thurible"),
+            required_features: Features::IMMEDIATES,
+            required_limits: limits.clone(),
+            ..DeviceDescriptor::default()
+        };
+        let (device, queue) =
+            block_on(adapter.request_device(&described)).map_err(|error| error.to_string())?;
+        let failure = Failure::default();
+        let heard = Arc::clone(&failure);
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            lock(&heard).get_or_insert_with(|| error.to_string());
+        }));
+        let heard = Arc::clone(&failure);
+        device.set_device_lost_callback(move |reason, text| {
+            // It is lost in the end of every program, too.
+            if reason != wgpu::DeviceLostReason::Destroyed {
+                lock(&heard).get_or_insert_with(|| format!("the device was lost: {text}"));
+            }
+        });
+        let kernels = Kernels::new(&device);
+        let of = |name, numbers| Field::new(&device, Size::new(&limits, name, 1, numbers));
+        let staging = device.create_buffer(&BufferDescriptor {
+            label: Some("sums, to be read"),
+            size: 4 * SUMS as u64,
+            usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let machine = Self {
+            sums: of("sums", SUMS),
+            nothing: of("nothing", 64),
+            device,
+            queue,
+            kernels,
+            limits,
+            waiting: Vec::new(),
+            staging,
+            taken: 0,
+            failure,
+        };
+        match machine.failure() {
+            None => Ok(machine),
+            Some(text) => Err(text),
+        }
+    }
+
+    /// Its limits.
+    pub fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// What went wrong first, if anything did.
+    pub fn failure(&self) -> Option<String> {
+        lock(&self.failure).clone()
+    }
+
+    /// Says what went wrong, unless something did before.
+    pub fn fail(&self, text: String) {
+        lock(&self.failure).get_or_insert(text);
+    }
+
+    /// Takes fields of these sizes, or none of them.
+    pub fn fields(&self, sizes: &[Size]) -> Option<Vec<Field>> {
+        let scope = self.device.push_error_scope(ErrorFilter::OutOfMemory);
+        let fields = sizes.iter().map(|&size| Field::new(&self.device, size)).collect();
+        let refused = block_on(scope.pop());
+        refused.is_none().then_some(fields)
+    }
+
+    /// Writes numbers into a part from its beginning.
+    pub fn write(&mut self, part: Part, numbers: &[f32]) {
+        self.flush();
+        let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+        self.queue.write_buffer(&part.buffer, part.offset, &bytes);
+    }
+
+    /// Reads the first `count` numbers of a part; not finite ones where the device failed.
+    pub fn read(&mut self, part: Part, count: usize) -> Vec<f32> {
+        let staging = self.device.create_buffer(&BufferDescriptor {
+            label: Some("to be read"),
+            size: part.bytes,
+            usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        self.flush();
+        self.read_by(&staging, part, count)
+    }
+
+    fn read_by(&self, staging: &Buffer, part: Part, count: usize) -> Vec<f32> {
+        let bytes = (count * 4) as u64;
+        let mut encoder = self
+            .device
+            .create_command_encoder(&CommandEncoderDescriptor::default());
+        encoder.copy_buffer_to_buffer(&part.buffer, part.offset, staging, 0, bytes);
+        self.queue.submit([encoder.finish()]);
+        let (tell, told) = mpsc::channel();
+        staging.map_async(MapMode::Read, 0..bytes, move |mapped| {
+            // Whoever waits for it is there until it comes.
+            let _ = tell.send(mapped.is_ok());
+        });
+        let waited = self.device.poll(PollType::wait_indefinitely()).is_ok();
+        let view = (waited && told.try_recv().unwrap_or(false))
+            .then(|| staging.get_mapped_range(0..bytes).ok())
+            .flatten();
+        let Some(view) = view else {
+            self.fail("its numbers could not be read back".into());
+            return vec![f32::NAN; count];
+        };
+        let word = |bytes: &[u8]| bytes.try_into().map_or(f32::NAN, f32::from_le_bytes);
+        let numbers = view.chunks_exact(4).map(word).collect();
+        drop(view);
+        staging.unmap();
+        numbers
+    }
+
+    /// Hands over what waits.
+    pub fn flush(&mut self) {
+        if self.waiting.is_empty() {
+            return;
+        }
+        let mut encoder = self
+            .device
+            .create_command_encoder(&CommandEncoderDescriptor::default());
+        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
+        for dispatch in &self.waiting {
+            pass.set_pipeline(self.kernels.pipeline(dispatch.kernel));
+            pass.set_bind_group(0, &dispatch.bound, &[]);
+            pass.set_immediates(0, &dispatch.numbers);
+            pass.dispatch_workgroups(dispatch.groups[0], dispatch.groups[1], 1);
+        }
+        drop(pass);
+        self.queue.submit([encoder.finish()]);
+        self.waiting.clear();
+    }
+
+    /// One kernel for so many elements; parts that it does not read are left out.
+    pub fn run(&mut self, kernel: Kernel, parts: &[Option<Part>], numbers: &Numbers, elements: usize) {
+        let groups = (elements as u64).div_ceil(GROUP);
+        let rows = groups.div_ceil(ROW).max(1);
+        let groups = [groups.div_ceil(rows) as u32, rows as u32];
+        self.dispatch(kernel, parts, numbers, groups);
+    }
+
+    fn dispatch(&mut self, kernel: Kernel, parts: &[Option<Part>], numbers: &Numbers, groups: [u32; 2]) {
+        let nothing = self.nothing.step(0);
+        let entries: Vec<_> = (0..kernel.buffers())
+            .map(|binding| {
+                let part = parts.get(binding).and_then(Option::as_ref).unwrap_or(&nothing);
+                BindGroupEntry {
+                    binding: binding as u32,
+                    resource: BindingResource::Buffer(BufferBinding {
+                        buffer: &part.buffer,
+                        offset: part.offset,
+                        size: core::num::NonZeroU64::new(part.bytes),
+                    }),
+                }
+            })
+            .collect();
+        let bound = self.device.create_bind_group(&BindGroupDescriptor {
+            label: None,
+            layout: self.kernels.layout(kernel),
+            entries: &entries,
+        });
+        self.waiting.push(Dispatch {
+            kernel,
+            bound,
+            numbers: numbers.bytes(),
+            groups,
+        });
+        if self.waiting.len() >= WAITING {
+            self.flush();
+        }
+    }
+
+    /// A kernel that leaves numbers for each of [`PARTIAL`] groups, in each of `rows` rows; where they will be among [`Self::sums`].
+    pub fn reduce(
+        &mut self,
+        kernel: Kernel,
+        parts: [Option<Part>; 5],
+        numbers: Numbers,
+        rows: usize,
+    ) -> core::ops::Range<usize> {
+        let begin = self.taken;
+        self.taken += rows * PARTIAL;
+        if self.taken > SUMS {
+            self.fail("more sums than there is room for".into());
+            return 0..0;
+        }
+        let numbers = Numbers {
+            first: begin as u32,
+            ..numbers
+        };
+        let [a, b, c, d, e] = parts;
+        let sums = Some(self.sums.step(0));
+        let groups = [PARTIAL as u32, rows as u32];
+        self.dispatch(kernel, &[sums, a, b, c, d, e], &numbers, groups);
+        begin..self.taken
+    }
+
+    /// All that [`Self::reduce`] left since the last time.
+    pub fn sums(&mut self) -> Vec<f32> {
+        self.flush();
+        let count = core::mem::take(&mut self.taken).min(SUMS);
+        if count == 0 {
+            return Vec::new();
+        }
+        self.read_by(&self.staging, self.sums.step(0), count)
+    }
+}

@@ -1,0 +1,234 @@
+//! The verbs of the direct method on a device.
+
+use crate::kernels::{FLAGS, Kernel, Numbers};
+use crate::machine::Machine;
+use crate::memory::Field;
+use crate::state::{State, sum_of};
+use crate::transport::data;
+use core::ops::Range;
+use thurible_core::exec::device::{NotFinite, Stride, WithGradient};
+
+/// Passes of a projection: after two of them what is left is rounding.
+const PASSES: usize = 2;
+/// max |div d| h_x / max |d| that a direction d may have (core/objective/feasible.rs).
+const CLEAN: f64 = 4e-5;
+/// What is not finite comes back as 1e30.
+const FINITE: f64 = 1e29;
+
+impl State {
+    /// w = v_k - v_{k-1} + Adv(v_k) + nu C^T C v_k, slot by slot.
+    fn accelerate(&self, machine: &mut Machine, w: &Field) {
+        let numbers = Numbers {
+            a: self.facts.viscosity as f32,
+            ..self.numbers()
+        };
+        for slot in 0..self.facts.slots {
+            let parts = [
+                Some(w.step(slot)),
+                Some(self.flow(slot + 1)),
+                Some(self.flow(slot)),
+                None,
+            ];
+            machine.run(Kernel::Force, &parts, &numbers, w.numbers());
+        }
+    }
+
+    /// out = a x + b s^2 C^T C x + c y, all slots.
+    fn combine(&self, machine: &mut Machine, out: &Field, [a, b, c]: [f64; 3], x: &Field, y: Option<&Field>) {
+        for (first, count) in out.windows(usize::MAX) {
+            let numbers = Numbers {
+                a: a as f32,
+                b: (b * self.facts.smoothing) as f32,
+                c: c as f32,
+                count: count as u32,
+                ..self.numbers()
+            };
+            let part = |field: &Field| field.part(first, count);
+            let parts = [Some(part(out)), Some(part(x)), y.map(part), None];
+            machine.run(Kernel::Price, &parts, &numbers, count * out.numbers());
+        }
+    }
+
+    /// The force's price and its plain square, begun.
+    fn price(&self, machine: &mut Machine, w: &Field) -> [Range<usize>; 2] {
+        let plain = self.dot_fields(machine, w, None);
+        if !self.facts.weighs {
+            return [plain.clone(), plain];
+        }
+        self.combine(machine, &self.priced, [1.0, 1.0, 0.0], w, None);
+        for (slot, &factor) in self.facts.factors.iter().enumerate() {
+            self.add(machine, self.priced.step(slot), [factor, 0.0], None);
+        }
+        [self.dot_fields(machine, w, Some(&self.priced)), plain]
+    }
+
+    /// See [`Device::value`](thurible_core::exec::Device::value).
+    pub fn value(&mut self, machine: &mut Machine, force: usize) -> Result<[f64; 3], NotFinite> {
+        self.count_substeps(machine)?;
+        let terms = self.carry_all(machine);
+        let w = &self.fields[force];
+        self.accelerate(machine, w);
+        self.project(machine, w, PASSES);
+        let [price, plain] = self.price(machine, w);
+        let sums = machine.sums();
+        let weight = 0.5 * self.facts.force_weight;
+        let [price, plain] = [price, plain].map(|range| weight * sum_of(&sums, &range));
+        Ok([data(&sums, &terms), price, plain])
+    }
+
+    /// See [`Device::gradient`](thurible_core::exec::Device::gradient).
+    pub fn gradient(&self, machine: &mut Machine, force: usize, into: usize) -> Result<(), NotFinite> {
+        let z = if self.facts.weighs {
+            &self.priced
+        } else {
+            &self.fields[force]
+        };
+        let out = &self.fields[into];
+        for slot in 0..self.facts.slots {
+            let after = (slot + 1 < self.facts.slots).then(|| z.step(slot + 1));
+            let base = self.numbers();
+            let numbers = Numbers {
+                a: self.facts.viscosity as f32,
+                flags: base.flags | (u32::from(after.is_none()) << FLAGS),
+                ..base
+            };
+            let parts = [
+                Some(out.step(slot)),
+                Some(self.flow(slot + 1)),
+                Some(z.step(slot)),
+                after,
+            ];
+            machine.run(Kernel::ForceBack, &parts, &numbers, out.numbers());
+        }
+        self.go_back(machine, into);
+        self.project(machine, out, PASSES);
+        let [divergence, largest] = self.measure(machine, out);
+        if divergence < FINITE && largest < FINITE {
+            Ok(())
+        } else {
+            Err(NotFinite)
+        }
+    }
+
+    /// Field `into` = the sum of `factor` times a field each.
+    pub fn form(&self, machine: &mut Machine, into: usize, terms: &mut dyn Iterator<Item = (f64, usize)>) {
+        let mut keep = 0.0;
+        for (factor, field) in terms {
+            self.add_fields(machine, &self.fields[into], [keep, factor], &self.fields[field]);
+            keep = 1.0;
+        }
+    }
+
+    /// See [`Device::clean`](thurible_core::exec::Device::clean).
+    pub fn clean(&self, machine: &mut Machine, field: usize) -> [f64; 2] {
+        let relative = |[divergence, largest]: [f64; 2]| {
+            let finite = divergence < FINITE && largest < FINITE;
+            let left = match divergence {
+                _ if !finite => f64::NAN,
+                0.0 => 0.0,
+                _ => divergence / (self.facts.inverse[0] * largest),
+            };
+            [left, if finite { largest } else { f64::NAN }]
+        };
+        let field = &self.fields[field];
+        let [left, largest] = relative(self.measure(machine, field));
+        if left <= CLEAN || !left.is_finite() {
+            return [left, largest];
+        }
+        self.project(machine, field, 1);
+        let [left, _] = relative(self.measure(machine, field));
+        [left, largest]
+    }
+
+    /// v += s times a field.
+    pub fn advance(&self, machine: &mut Machine, field: usize, s: f64) {
+        self.add_fields(machine, self.velocity(), [1.0, s], &self.fields[field]);
+    }
+
+    /// v = v_0 + keep (v - v_0).
+    pub fn retreat(&self, machine: &mut Machine, keep: f64) {
+        for slot in 0..self.facts.slots {
+            self.add(
+                machine,
+                self.flow(slot + 1),
+                [keep, 1.0 - keep],
+                Some(self.flow(0)),
+            );
+        }
+    }
+
+    /// image = q(B) y with B the price of curls: Richardson's steps of the given lengths (core/force/price.rs); or y itself.
+    fn divide_by_price(&self, machine: &mut Machine, y: &Field, image: &Field) {
+        let lengths = &self.facts.lengths;
+        if lengths.is_empty() {
+            return self.add_fields(machine, image, [0.0, 1.0], y);
+        }
+        let (mut now, mut next) = if lengths.len().is_multiple_of(2) {
+            (&self.priced, image)
+        } else {
+            (image, &self.priced)
+        };
+        for (step, &length) in lengths.iter().enumerate() {
+            if step == 0 {
+                self.add_fields(machine, now, [0.0, length], y);
+                continue;
+            }
+            self.combine(machine, next, [1.0 - length, -length, length], now, Some(y));
+            core::mem::swap(&mut now, &mut next);
+        }
+    }
+
+    /// x <- (kappa + S)^-1 x along time, slot by slot (core/force/time_line.rs).
+    fn solve_in_time(&self, machine: &mut Machine, x: &Field, scale: f64) {
+        let coupling = self.facts.coupling;
+        for (slot, &pivot) in self.facts.pivots.iter().enumerate() {
+            let before = slot.checked_sub(1).map(|before| x.step(before));
+            let by = if before.is_some() { pivot * coupling } else { 0.0 };
+            self.add(machine, x.step(slot), [pivot * scale, by], before);
+        }
+        for (slot, &pivot) in self.facts.pivots.iter().enumerate().rev().skip(1) {
+            self.add(
+                machine,
+                x.step(slot),
+                [1.0, pivot * coupling],
+                Some(x.step(slot + 1)),
+            );
+        }
+    }
+
+    /// See [`Device::arrive`](thurible_core::exec::Device::arrive).
+    pub fn arrive(
+        &self,
+        machine: &mut Machine,
+        [gradient, image]: [usize; 2],
+        step: Option<Stride>,
+        pairs: &mut dyn Iterator<Item = [usize; 2]>,
+        products: &mut dyn FnMut([f64; 2]),
+    ) -> WithGradient {
+        let of = |field: usize| &self.fields[field];
+        let (gradient, image) = (of(gradient), of(image));
+        self.divide_by_price(machine, gradient, image);
+        self.solve_in_time(machine, image, 1.0 / self.facts.force_weight);
+        let pairs: Vec<_> = pairs
+            .map(|fields| fields.map(|field| self.dot_fields(machine, gradient, Some(of(field)))))
+            .collect();
+        let norm = self.dot_fields(machine, gradient, Some(image));
+        let stepped = step.map(|stride| {
+            let (s, z) = (of(stride.direction), of(stride.preconditioned));
+            for (first, count) in s.windows(usize::MAX) {
+                self.add(machine, s.part(first, count), [stride.length, 0.0], None);
+            }
+            let products = [s, z].map(|field| self.dot_fields(machine, gradient, Some(field)));
+            self.add_fields(machine, z, [-1.0, 1.0], image);
+            products
+        });
+        let sums = machine.sums();
+        for ranges in &pairs {
+            products(ranges.each_ref().map(|range| sum_of(&sums, range)));
+        }
+        WithGradient {
+            norm: sum_of(&sums, &norm),
+            step: stepped.map_or([0.0; 2], |ranges| ranges.map(|range| sum_of(&sums, &range))),
+        }
+    }
+}

@@ -1,0 +1,474 @@
+//! What a search has on a device, and the verbs that are one kernel or a few.
+
+use crate::kernels::{FLAGS, Kernel, Numbers};
+use crate::machine::{Machine, PARTIAL};
+use crate::memory::{Field, Part, Plan, Size, apart};
+use core::ops::Range;
+use thurible_core::exec::device::{Place, Room, Search};
+use wgpu::Limits;
+
+/// Slots that are projected together at most.
+const BATCH: usize = 16;
+/// States of the sub-steps of a step that are kept on the way back; others are computed again.
+pub const STATES: usize = 8;
+
+/// Fields of cells that are worked in, behind the states.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cell {
+    A,
+    B,
+    OfB,
+    OfA,
+    Mu,
+    Error,
+    Image,
+    Work,
+}
+
+const CELLS: usize = 8;
+
+/// Which axes are rings, and how many there are, as kernels are told.
+fn flags(search: &Search<'_>) -> u32 {
+    let rings = search.rings.iter().enumerate();
+    let rings = rings.fold(0, |bits, (axis, &ring)| bits | (u32::from(ring) << axis));
+    rings | ((search.room.dims as u32) << 4)
+}
+
+/// The numbers of a search that stay as they are.
+#[derive(Debug)]
+pub struct Facts {
+    pub dims: usize,
+    pub cells: [usize; 3],
+    pub inverse: [f64; 3],
+    pub slots: usize,
+    pub weighs: bool,
+    pub viscosity: f64,
+    pub force_weight: f64,
+    pub smoothing: f64,
+    pub factors: Vec<f64>,
+    pub lengths: Vec<f64>,
+    pub pivots: Vec<f64>,
+    pub coupling: f64,
+    pub courant: [f64; 2],
+    pub negligible: f64,
+    pub keyframes: Vec<(usize, f64)>,
+    pub regions: bool,
+    pub filters: usize,
+    pub identity: f64,
+    flags: u32,
+}
+
+impl Facts {
+    fn new(search: &Search<'_>) -> Self {
+        let (room, factor) = (search.room, search.factor);
+        Self {
+            dims: room.dims,
+            cells: room.cells,
+            inverse: search.inverse,
+            slots: room.slots,
+            weighs: room.weighs,
+            viscosity: search.viscosity,
+            force_weight: search.force_weight,
+            smoothing: search.smoothing,
+            factors: factor.map_or_else(Vec::new, |factor| (0..room.slots).map(factor).collect()),
+            lengths: (0..).map_while(|step| (search.lengths)(step)).collect(),
+            pivots: search.pivots.into(),
+            coupling: search.coupling,
+            courant: search.courant,
+            negligible: search.negligible,
+            keyframes: (0..).map_while(|index| (search.keyframe)(index)).collect(),
+            regions: room.regions,
+            filters: room.filters,
+            identity: search.identity,
+            flags: flags(search),
+        }
+    }
+
+    fn count(&self) -> usize {
+        self.cells.iter().product()
+    }
+}
+
+/// What a search takes of a device, in the order of [`State`].
+pub fn plan(limits: &Limits, room: &Room) -> Plan {
+    let cells = apart(room.cells.iter().product());
+    let faces = room.dims * cells;
+    let axes = || room.cells.iter().take(room.dims);
+    let (lines, matrices): (usize, usize) = (axes().sum(), axes().map(|n| n * n).sum());
+    let table = apart(matrices + (1 + room.filters) * lines);
+    let steps = |there: bool, steps: usize| if there { steps } else { 0 };
+    let batch = BATCH.min(room.slots);
+    let mut plan = Plan::default();
+    let mut add = |name, steps, numbers| plan.add(Size::new(limits, name, steps, numbers));
+    add("velocity", room.slots, faces);
+    add("given velocity", 1, faces);
+    add("densities", room.slots + 2, cells);
+    add("targets", room.keyframes, cells);
+    add("regions", steps(room.regions, room.keyframes), cells);
+    add("gradient of a step", 1, faces);
+    add("states and stages of transport, metric", STATES + CELLS, cells);
+    add("potentials", batch, cells);
+    add("potentials, transformed", batch, cells);
+    add("eigenvectors and eigenvalues", 1, table);
+    add("force times its price", steps(room.weighs, room.slots), faces);
+    (0..room.fields).for_each(|_| add("a field of L-BFGS", room.slots, faces));
+    plan
+}
+
+/// What a search has on a device.
+#[derive(Debug)]
+pub struct State {
+    pub facts: Facts,
+    v: Field,
+    initial: Field,
+    rho: Field,
+    targets: Field,
+    regions: Field,
+    gradient: Field,
+    cells: Field,
+    potentials: [Field; 2],
+    table: Field,
+    pub priced: Field,
+    pub fields: Vec<Field>,
+    /// Sub-steps of each step of the flow that was carried last.
+    pub substeps: Vec<usize>,
+}
+
+impl State {
+    /// Makes room for a search, or says why there is none. `most` is the ceiling.
+    pub fn new(machine: &mut Machine, search: &Search<'_>, most: Option<u64>) -> Result<Self, String> {
+        let facts = Facts::new(search);
+        let plan = plan(machine.limits(), &search.room);
+        plan.check(machine.limits(), most)?;
+        let none = || plan.refusal("the device has not so much left");
+        let mut fields = machine.fields(plan.sizes()).ok_or_else(none)?.into_iter();
+        let mut next = || fields.next().ok_or_else(none);
+        let mut state = Self {
+            v: next()?,
+            initial: next()?,
+            rho: next()?,
+            targets: next()?,
+            regions: next()?,
+            gradient: next()?,
+            cells: next()?,
+            potentials: [next()?, next()?],
+            table: next()?,
+            priced: next()?,
+            fields: Vec::new(),
+            substeps: Vec::new(),
+            facts,
+        };
+        state.fields = fields.collect();
+        let table = state.numbers_of_axes(search);
+        machine.write(state.table.step(0), &table);
+        Ok(state)
+    }
+
+    /// Matrices axis by axis, eigenvalues axis by axis, those of each filter axis by axis.
+    fn numbers_of_axes(&self, search: &Search<'_>) -> Vec<f32> {
+        let axes = || search.room.cells.into_iter().enumerate().take(search.room.dims);
+        let mut table = Vec::with_capacity(self.table.numbers());
+        for (axis, n) in axes() {
+            for k in 0..n {
+                table.extend((0..n).map(|i| (search.vector)([axis, k, i]) as f32));
+            }
+        }
+        for (axis, n) in axes() {
+            table.extend((0..n).map(|k| (search.eigenvalue)([axis, k]) as f32));
+        }
+        for j in 1..=search.room.filters {
+            for (axis, n) in axes() {
+                table.extend((0..n).map(|k| (search.blur)([axis, j, k]) as f32));
+            }
+        }
+        table
+    }
+
+    /// Where the matrix of an axis begins in the table.
+    fn matrix(&self, axis: usize) -> usize {
+        self.facts.cells.iter().take(axis).map(|n| n * n).sum()
+    }
+
+    /// Where the eigenvalues do.
+    fn eigenvalues(&self) -> usize {
+        self.matrix(self.facts.dims)
+    }
+
+    /// The numbers that every dispatch is given.
+    pub fn numbers(&self) -> Numbers {
+        Numbers {
+            n: self.facts.cells.map(|n| n as u32),
+            apart: self.apart() as u32,
+            inverse: self.facts.inverse.map(|x| x as f32),
+            flags: self.facts.flags,
+            ..Numbers::default()
+        }
+    }
+
+    /// Numbers between fields.
+    pub fn apart(&self) -> usize {
+        apart(self.facts.count())
+    }
+
+    /// Cells of the box.
+    pub fn count(&self) -> usize {
+        self.facts.count()
+    }
+
+    /// The field at a place.
+    pub fn place(&self, place: Place) -> Part {
+        match place {
+            Place::Flow(step, axis) => self.flow(step).of_axis(axis, self.apart()),
+            Place::Density(step) => self.rho.step(step),
+            Place::Target(index) => self.targets.step(index),
+            Place::Region(index) => self.regions.step(index),
+            Place::Field(which, slot, axis) => self.fields[which].step(slot).of_axis(axis, self.apart()),
+        }
+    }
+
+    /// The flow of a step, from v_0 on.
+    pub fn flow(&self, step: usize) -> Part {
+        match step.checked_sub(1) {
+            None => self.initial.step(0),
+            Some(slot) => self.v.step(slot),
+        }
+    }
+
+    /// The velocity in all slots.
+    pub fn velocity(&self) -> &Field {
+        &self.v
+    }
+
+    /// The density of a step.
+    pub fn density(&self, step: usize) -> Part {
+        self.rho.step(step)
+    }
+
+    /// The gradient by the flow of a step.
+    pub fn gradient_of_step(&self) -> Part {
+        self.gradient.step(0)
+    }
+
+    /// A field of cells to work in.
+    pub fn cell(&self, which: Cell) -> Part {
+        self.cells.step(STATES + which as usize)
+    }
+
+    /// A state of a sub-step.
+    pub fn kept(&self, state: usize) -> Part {
+        self.cells.step(state)
+    }
+
+    /// out = a out + b x, in parts of the same length.
+    pub fn add(&self, machine: &mut Machine, out: Part, [a, b]: [f64; 2], x: Option<Part>) {
+        let count = (out.bytes / 4) as usize;
+        let numbers = Numbers {
+            a: a as f32,
+            b: b as f32,
+            count: count as u32,
+            ..self.numbers()
+        };
+        machine.run(Kernel::Add, &[Some(out), x], &numbers, count);
+    }
+
+    /// [`Self::add`] of whole fields.
+    pub fn add_fields(&self, machine: &mut Machine, out: &Field, factors: [f64; 2], x: &Field) {
+        for (first, count) in out.windows(usize::MAX) {
+            self.add(
+                machine,
+                out.part(first, count),
+                factors,
+                Some(x.part(first, count)),
+            );
+        }
+    }
+
+    /// out *= x.
+    pub fn multiply(&self, machine: &mut Machine, out: Part, x: Part) {
+        let count = (out.bytes / 4) as usize;
+        let numbers = Numbers {
+            count: count as u32,
+            ..self.numbers()
+        };
+        machine.run(Kernel::Multiply, &[Some(out), Some(x)], &numbers, count);
+    }
+
+    /// Begins the sum of x y over parts, or of x x.
+    pub fn dot(&self, machine: &mut Machine, x: Part, y: Option<Part>) -> Range<usize> {
+        let base = self.numbers();
+        let numbers = Numbers {
+            count: (x.bytes / 4) as u32,
+            flags: base.flags | (u32::from(y.is_none()) << FLAGS),
+            ..base
+        };
+        machine.reduce(Kernel::DotAll, [Some(x), y, None, None, None], numbers, 1)
+    }
+
+    /// [`Self::dot`] of whole fields.
+    pub fn dot_fields(&self, machine: &mut Machine, x: &Field, y: Option<&Field>) -> Range<usize> {
+        let windows = x.windows(usize::MAX);
+        let ranges = windows.map(|(first, count)| {
+            let y = y.map(|y| y.part(first, count));
+            self.dot(machine, x.part(first, count), y)
+        });
+        ranges.reduce(|all, range| all.start..range.end).unwrap_or(0..0)
+    }
+
+    /// Begins the largest |x| of a part.
+    pub fn largest(&self, machine: &mut Machine, x: Part) -> Range<usize> {
+        let numbers = Numbers {
+            count: (x.bytes / 4) as u32,
+            ..self.numbers()
+        };
+        machine.reduce(Kernel::Largest, [Some(x), None, None, None, None], numbers, 1)
+    }
+
+    /// One field of cells after the other, along an axis times its matrix or its transpose.
+    fn transform(
+        &self,
+        machine: &mut Machine,
+        [out, from]: [Part; 2],
+        axis: usize,
+        back: bool,
+        fields: usize,
+    ) {
+        let base = self.numbers();
+        let numbers = Numbers {
+            axis: axis as u32,
+            first: self.matrix(axis) as u32,
+            count: fields as u32,
+            flags: base.flags | (u32::from(back) << FLAGS),
+            ..base
+        };
+        let parts = [Some(out), Some(from), Some(self.table.step(0))];
+        machine.run(Kernel::Transform, &parts, &numbers, fields * self.apart());
+    }
+
+    /// `fields` fields in `parts[0]` become what `kernel` makes of their coefficients, by way of `parts[1]`.
+    fn multiply_coefficients(
+        &self,
+        machine: &mut Machine,
+        parts: &[Part; 2],
+        (kernel, numbers): (Kernel, Numbers),
+        fields: usize,
+    ) {
+        let [mut now, mut next] = parts.clone();
+        for axis in 0..self.facts.dims {
+            self.transform(machine, [next.clone(), now.clone()], axis, false, fields);
+            core::mem::swap(&mut now, &mut next);
+        }
+        let table = Some(self.table.step(0));
+        let bound = [Some(now.clone()), None, table];
+        machine.run(kernel, &bound, &numbers, fields * self.apart());
+        for axis in (0..self.facts.dims).rev() {
+            self.transform(machine, [next.clone(), now.clone()], axis, true, fields);
+            core::mem::swap(&mut now, &mut next);
+        }
+    }
+
+    /// `out` = C e, by way of a field of work.
+    pub fn blur(&self, machine: &mut Machine, e: &Part, out: &Part) {
+        self.add(machine, out.clone(), [0.0, 1.0], Some(e.clone()));
+        let lines: usize = self.facts.cells.iter().take(self.facts.dims).sum();
+        let numbers = Numbers {
+            a: self.facts.identity as f32,
+            first: (self.eigenvalues() + lines) as u32,
+            second: self.facts.filters as u32,
+            ..self.numbers()
+        };
+        if self.facts.filters == 0 {
+            return self.add(machine, out.clone(), [self.facts.identity, 0.0], None);
+        }
+        let parts = [out.clone(), self.cell(Cell::Work)];
+        self.multiply_coefficients(machine, &parts, (Kernel::FilterAll, numbers), 1);
+    }
+
+    /// div of `count` slots of a field from `first` on, in the potentials.
+    fn divergence(&self, machine: &mut Machine, field: &Field, (first, count): (usize, usize)) {
+        let numbers = Numbers {
+            count: count as u32,
+            ..self.numbers()
+        };
+        let parts = [
+            Some(self.potentials[0].part(0, count)),
+            Some(field.part(first, count)),
+        ];
+        machine.run(Kernel::Divergence, &parts, &numbers, count * self.apart());
+    }
+
+    /// Projects all slots of a field, `passes` times: each starts from the divergence that is left.
+    pub fn project(&self, machine: &mut Machine, field: &Field, passes: usize) {
+        let d = self.facts.dims;
+        for (first, count) in field.windows(self.potentials[0].steps()) {
+            let numbers = Numbers {
+                count: count as u32,
+                ..self.numbers()
+            };
+            for _ in 0..passes {
+                self.divergence(machine, field, (first, count));
+                let parts = self.potentials.each_ref().map(|field| field.part(0, count));
+                let invert = Numbers {
+                    first: self.eigenvalues() as u32,
+                    ..numbers
+                };
+                self.multiply_coefficients(machine, &parts, (Kernel::Invert, invert), count);
+                let [potentials, _] = parts;
+                let bound = [Some(field.part(first, count)), Some(potentials)];
+                machine.run(
+                    Kernel::SubtractGradient,
+                    &bound,
+                    &numbers,
+                    count * d * self.apart(),
+                );
+            }
+        }
+    }
+
+    /// max |div| of a field, and max |x|; 1e30 where that is not finite.
+    pub fn measure(&self, machine: &mut Machine, field: &Field) -> [f64; 2] {
+        let mut ranges = Vec::new();
+        for (first, count) in field.windows(self.potentials[0].steps()) {
+            self.divergence(machine, field, (first, count));
+            ranges.push([
+                self.largest(machine, self.potentials[0].part(0, count)),
+                self.largest(machine, field.part(first, count)),
+            ]);
+        }
+        let sums = machine.sums();
+        let most = |which: usize| {
+            let of = |range: &[Range<usize>; 2]| largest_of(&sums, &range[which]);
+            ranges.iter().map(of).fold(0.0, f64::max)
+        };
+        [most(0), most(1)]
+    }
+
+    /// Begins the Courant numbers of the steps of some flows; [`PARTIAL`] numbers for each.
+    pub fn courant(&self, machine: &mut Machine, flows: Part) -> Range<usize> {
+        let steps = (flows.bytes / 4) as usize / (self.facts.dims * self.apart());
+        let parts = [None, None, None, None, Some(flows)];
+        machine.reduce(Kernel::Courant, parts, self.numbers(), steps)
+    }
+}
+
+/// The sum of the numbers in a range.
+pub fn sum_of(sums: &[f32], range: &Range<usize>) -> f64 {
+    let sums = sums.get(range.clone()).unwrap_or(&[f32::NAN]);
+    sums.iter().map(|&sum| f64::from(sum)).sum()
+}
+
+/// The largest of them.
+pub fn largest_of(sums: &[f32], range: &Range<usize>) -> f64 {
+    let sums = sums.get(range.clone()).unwrap_or(&[f32::NAN]);
+    let worse = |most: f64, &next: &f32| {
+        let next = f64::from(next);
+        if next > most || next.is_nan() { next } else { most }
+    };
+    sums.iter().fold(0.0, worse)
+}
+
+/// The largest of every [`PARTIAL`] of them.
+pub fn largest_of_each<'s>(sums: &'s [f32], range: &Range<usize>) -> impl Iterator<Item = f64> + 's {
+    let sums = sums.get(range.clone()).unwrap_or(&[]);
+    sums.chunks(PARTIAL)
+        .map(|part| largest_of(part, &(0..part.len())))
+}

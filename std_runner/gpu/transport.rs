@@ -1,0 +1,220 @@
+//! Densities along a flow on a device: limited transport, forward and back, sub-step by sub-step (core/transport/limited).
+
+use crate::kernels::{FLAGS, Kernel, Numbers};
+use crate::machine::Machine;
+use crate::memory::Part;
+use crate::state::{Cell, STATES, State, largest_of_each, sum_of};
+use core::ops::Range;
+use thurible_core::exec::device::NotFinite;
+
+/// What a stage keeps of rho; the rest is of the field that flows.
+const KEEP: [f64; 3] = [0.0, 0.75, 1.0 / 3.0];
+
+impl State {
+    /// Counts the sub-steps of every step.
+    pub fn count_substeps(&mut self, machine: &mut Machine) -> Result<(), NotFinite> {
+        let mut ranges = vec![self.courant(machine, self.flow(0))];
+        let v = self.velocity();
+        ranges.extend(
+            v.windows(usize::MAX)
+                .map(|(first, count)| self.courant(machine, v.part(first, count))),
+        );
+        let sums = machine.sums();
+        let [of_substep, most] = self.facts.courant;
+        let mut substeps = Vec::with_capacity(self.facts.slots + 1);
+        for courant in ranges.iter().flat_map(|range| largest_of_each(&sums, range)) {
+            if !(courant <= most) {
+                return Err(NotFinite);
+            }
+            substeps.push(((courant / of_substep).ceil() as usize).max(1));
+        }
+        if substeps.len() != self.facts.slots + 1 {
+            return Err(NotFinite);
+        }
+        self.substeps = substeps;
+        Ok(())
+    }
+
+    /// Stage `k` of a sub-step along the flow of `step`.
+    fn stage(&self, machine: &mut Machine, step: usize, k: usize, out: Part, rho: Part, y: Part) {
+        let numbers = Numbers {
+            a: (1.0 / self.substeps[step] as f64) as f32,
+            b: KEEP[k] as f32,
+            c: self.facts.negligible as f32,
+            ..self.numbers()
+        };
+        let rho = (k > 0).then_some(rho);
+        let parts = [Some(out), None, None, rho, Some(y), Some(self.flow(step))];
+        machine.run(Kernel::Carry, &parts, &numbers, self.count());
+    }
+
+    /// The stages a and b of the sub-step from `rho`, and where it leads if that is asked for.
+    fn substep(&self, machine: &mut Machine, step: usize, rho: Part, out: Option<Part>) {
+        let [a, b] = [Cell::A, Cell::B].map(|cell| self.cell(cell));
+        self.stage(machine, step, 0, a.clone(), rho.clone(), rho.clone());
+        self.stage(machine, step, 1, b.clone(), rho.clone(), a);
+        if let Some(out) = out {
+            self.stage(machine, step, 2, out, rho, b);
+        }
+    }
+
+    /// `count` sub-steps from `rho` to `out`, by way of two states that are overwritten.
+    fn carry(&self, machine: &mut Machine, step: usize, count: usize, rho: Part, out: Part) {
+        let ways = [self.kept(STATES - 2), self.kept(STATES - 1)];
+        let mut from = rho;
+        for substep in 1..=count {
+            let to = if substep == count {
+                out.clone()
+            } else {
+                ways[substep % 2].clone()
+            };
+            self.substep(machine, step, from, Some(to.clone()));
+            from = to;
+        }
+    }
+
+    /// Carries the density through all steps; begins the data term of each keyframe, with its weight.
+    pub fn carry_all(&self, machine: &mut Machine) -> Vec<(f64, Range<usize>)> {
+        for step in 0..=self.facts.slots {
+            let count = self.substeps[step];
+            self.carry(machine, step, count, self.density(step), self.density(step + 1));
+        }
+        (0..self.facts.keyframes.len())
+            .map(|index| {
+                self.compare(machine, index);
+                let [error, image] = [Cell::Error, Cell::Image].map(|cell| self.cell(cell));
+                let weight = self.facts.keyframes[index].1;
+                (0.5 * weight, self.dot(machine, error, Some(image)))
+            })
+            .collect()
+    }
+
+    /// e = R (rho - rho*) of a keyframe, and C e.
+    fn compare(&self, machine: &mut Machine, index: usize) {
+        use thurible_core::exec::device::Place;
+        let (step, _) = self.facts.keyframes[index];
+        let [error, image] = [Cell::Error, Cell::Image].map(|cell| self.cell(cell));
+        self.add(machine, error.clone(), [0.0, 1.0], Some(self.density(step)));
+        self.add(
+            machine,
+            error.clone(),
+            [1.0, -1.0],
+            Some(self.place(Place::Target(index))),
+        );
+        if self.facts.regions {
+            self.multiply(machine, error.clone(), self.place(Place::Region(index)));
+        }
+        self.blur(machine, &error, &image);
+    }
+
+    /// Back through all steps: `out` = r `out` - A_v^T mu, slot by slot.
+    pub fn go_back(&self, machine: &mut Machine, out: usize) {
+        use thurible_core::exec::device::Place;
+        let (mu, image) = (self.cell(Cell::Mu), self.cell(Cell::Image));
+        self.add(machine, mu.clone(), [0.0, 0.0], None);
+        for step in (1..=self.facts.slots).rev() {
+            let keyframes = self.facts.keyframes.iter();
+            if let Some(index) = keyframes.clone().position(|(at, _)| *at == step + 1) {
+                self.compare(machine, index);
+                if self.facts.regions {
+                    self.multiply(machine, image.clone(), self.place(Place::Region(index)));
+                }
+                let weight = self.facts.keyframes[index].1;
+                self.add(machine, mu.clone(), [1.0, -weight], Some(image.clone()));
+            }
+            self.go_back_through(machine, step);
+            let slot = self.fields[out].step(step - 1);
+            let factors = [self.facts.force_weight, -1.0];
+            self.add(machine, slot, factors, Some(self.gradient_of_step()));
+        }
+    }
+
+    /// Back through the sub-steps of a step, in blocks of as many states as are kept, each of which is made again from the step's density.
+    fn go_back_through(&self, machine: &mut Machine, step: usize) {
+        let (substeps, rho) = (self.substeps[step], self.density(step));
+        for first in (0..substeps).step_by(STATES).rev() {
+            let count = STATES.min(substeps - first);
+            if first > 0 {
+                self.carry(machine, step, first, rho.clone(), self.kept(0));
+            }
+            let from = |state: usize| {
+                if first + state == 0 {
+                    rho.clone()
+                } else {
+                    self.kept(state)
+                }
+            };
+            for state in 1..count {
+                self.substep(machine, step, from(state - 1), Some(self.kept(state)));
+            }
+            for state in (0..count).rev() {
+                self.substep(machine, step, from(state), None);
+                self.substep_back(machine, step, from(state), first + state + 1 == substeps);
+            }
+        }
+    }
+
+    /// Back through the sub-step from `rho`, whose stages are there: mu, and the gradient, which begins with the `first`.
+    fn substep_back(&self, machine: &mut Machine, step: usize, rho: Part, first: bool) {
+        let cell = |which| self.cell(which);
+        let [mu, a, b] = [cell(Cell::Mu), cell(Cell::A), cell(Cell::B)];
+        let [of_b, of_a] = [cell(Cell::OfB), cell(Cell::OfA)];
+        let [_, of_middle, of_last] = KEEP;
+        let v = self.flow(step);
+        let gradient = self.gradient_of_step();
+        let mut back = |next: Option<Part>,
+                        out: Option<Part>,
+                        z: Part,
+                        y: Part,
+                        share: f64,
+                        [keep, take]: [f64; 2],
+                        clear| {
+            let base = self.numbers();
+            let does = u32::from(next.is_some()) | (u32::from(out.is_some()) << 1) | (u32::from(clear) << 2);
+            let numbers = Numbers {
+                a: (1.0 / self.substeps[step] as f64) as f32,
+                b: keep as f32,
+                c: take as f32,
+                third: (share as f32).to_bits(),
+                flags: base.flags | (does << FLAGS),
+                ..base
+            };
+            let parts = [
+                next,
+                out,
+                Some(gradient.clone()),
+                Some(z),
+                Some(y),
+                Some(v.clone()),
+            ];
+            machine.run(Kernel::CarryBack, &parts, &numbers, self.count());
+        };
+        back(
+            Some(of_b.clone()),
+            None,
+            mu.clone(),
+            b,
+            1.0 - of_last,
+            [0.0, 0.0],
+            first,
+        );
+        back(
+            Some(of_a.clone()),
+            Some(mu.clone()),
+            of_b,
+            a,
+            1.0 - of_middle,
+            [of_last, of_middle],
+            false,
+        );
+        back(None, Some(mu), of_a, rho, 1.0, [1.0, 1.0], false);
+    }
+}
+
+/// The data term of what [`State::carry_all`] began.
+pub fn data(sums: &[f32], terms: &[(f64, Range<usize>)]) -> f64 {
+    terms
+        .iter()
+        .map(|(weight, range)| weight * sum_of(sums, range))
+        .sum()
+}
