@@ -5,6 +5,7 @@ use crate::commands::compare::CompareArguments;
 use crate::commands::completions::{CompletionsArguments, ManArguments};
 use crate::commands::condense::CondenseArguments;
 use crate::commands::deblur::DeblurArguments;
+use crate::commands::devices::DevicesArguments;
 use crate::commands::export::ExportArguments;
 use crate::commands::guide::GuideArguments;
 use crate::commands::new::NewArguments;
@@ -63,6 +64,8 @@ pub enum Command {
     Export(ExportArguments),
     /// Print the memory that a scene needs, to the byte; allocates nothing.
     Plan(PlanArguments),
+    /// List the graphics cards on which a search can go.
+    Devices(DevicesArguments),
     /// Check the gradient of a scene's simulation by Taylor's test.
     ///
     /// What is checked is the simulation that lbfgs and templates search with, and that `Operator` is in Rust and Python. J is the data

@@ -36,6 +36,8 @@ mod deblur;
 #[cfg(feature = "std")]
 pub mod destination;
 #[cfg(feature = "std")]
+mod devices;
+#[cfg(feature = "std")]
 mod distance;
 #[cfg(feature = "embed")]
 pub mod exit;

@@ -2,8 +2,8 @@
 
 use crate::cli::{Cli, Command};
 use crate::commands::{
-    check_gradient, compare, completions, condense, deblur, export, guide, new, paper, photograph, plan,
-    readvect, remap, render, resume, scene, schema, simulate, solve, sweep, thesis, tomography, track,
+    check_gradient, compare, completions, condense, deblur, devices, export, guide, new, paper, photograph,
+    plan, readvect, remap, render, resume, scene, schema, simulate, solve, sweep, thesis, tomography, track,
     upsample,
 };
 use crate::console;
@@ -89,6 +89,7 @@ fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Remap(arguments) => remap::run(arguments),
         Command::Track(arguments) => track::run(arguments),
         Command::Plan(arguments) => plan::run(arguments),
+        Command::Devices(arguments) => devices::run(arguments),
         Command::CheckGradient(arguments) => check_gradient::run(arguments),
         Command::Scene(command) => scene::run(command),
         Command::Compare(arguments) => compare::run(arguments),

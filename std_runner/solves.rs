@@ -12,6 +12,9 @@ pub(crate) fn solve(options: &RunOptions, request: Request) -> Result<Outcome, F
     if options.ranks.is_some() {
         request.is_shared()?;
     }
+    if options.device.is_some() {
+        request.on_device()?;
+    }
     if !request.overwrites {
         refuse_result(&request.folder)?;
     }

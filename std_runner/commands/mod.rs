@@ -5,6 +5,7 @@ pub mod compare;
 pub mod completions;
 pub mod condense;
 pub mod deblur;
+pub mod devices;
 pub mod export;
 pub mod guide;
 pub mod new;

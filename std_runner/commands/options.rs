@@ -2,6 +2,7 @@
 
 use crate::checkpoint::{self, Every};
 use crate::destination::put_in_order;
+use crate::devices::{self, Searching};
 use crate::exit::Failure;
 use crate::plan::PlanOptions;
 use crate::problem::Precision;
@@ -81,6 +82,24 @@ pub struct Keeping {
     /// Its page.
     #[command(flatten)]
     pub watching: Watching,
+}
+
+/// Where a search goes.
+#[derive(Args, Clone, Debug)]
+pub struct OnDevice {
+    /// The device that the search of `direct` goes on: cpu, gpu for the first graphics card, or a part of a name that `thurible devices` lists.
+    #[arg(long, value_name = "NAME", default_value = "cpu")]
+    pub device: String,
+    /// Ceiling for the device's memory, as in 8GiB [default: none].
+    #[arg(long, value_name = "SIZE", value_parser = bytes::parse)]
+    pub device_memory: Option<usize>,
+}
+
+impl OnDevice {
+    /// The device, opened; none for `cpu`.
+    pub(crate) fn open(&self) -> Result<Option<&'static dyn Searching>, Failure> {
+        devices::open(&self.device, self.device_memory)
+    }
 }
 
 /// The page of a solve that runs.
@@ -177,6 +196,7 @@ impl Options {
             mode: self.mode(),
             outputs,
             ranks: self.resources.ranks,
+            device: None,
         }
     }
 }

@@ -1,8 +1,9 @@
 //! `thurible plan SCENE`: the memory of a solve to the byte, and what other sizes and precisions would take.
 
-use super::options::SceneArguments;
+use super::options::{OnDevice, SceneArguments};
 use crate::bytes::grouped;
 use crate::console::print;
+use crate::devices::{self, Searching};
 use crate::exit::{DONE, Failure};
 use crate::fluids;
 use crate::ledger::{line, print_ledger};
@@ -28,6 +29,9 @@ pub struct PlanArguments {
     /// Plan what `thurible simulate` does with the scene.
     #[arg(long, conflicts_with = "method")]
     pub simulate: bool,
+    /// The device that is planned for.
+    #[command(flatten)]
+    pub on: OnDevice,
     /// The memory of each of N ranks that share the scene.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     pub ranks: Option<u32>,
@@ -36,6 +40,7 @@ pub struct PlanArguments {
 /// Prints the plan of a scene; the answer is the exit code.
 pub fn run(arguments: &PlanArguments) -> Result<u8, Failure> {
     let (simulate, ranks) = (arguments.simulate, arguments.ranks);
+    let device = arguments.on.open()?;
     let arguments = &arguments.common;
     let (path, set) = (&arguments.scene, &arguments.options.set);
     let (scene, options) = if simulate {
@@ -55,6 +60,9 @@ pub fn run(arguments: &PlanArguments) -> Result<u8, Failure> {
         Some(_) => plan::choose(&scene, &options)?,
         None => plan::make(&scene, &options)?,
     };
+    if let Some(device) = device {
+        return plan_device(device, &scene, &planned, arguments.options.mode());
+    }
     let others = others(&planned);
     match arguments.options.mode() {
         Mode::Human => print_plan(&scene, &planned, &others),
@@ -62,6 +70,33 @@ pub fn run(arguments: &PlanArguments) -> Result<u8, Failure> {
             let mut fields = plan_fields(&planned);
             fields["others"] = others.iter().map(other_fields).collect();
             Display::new(Mode::Json, 0).event("plan", fields);
+        }
+        Mode::Quiet => {}
+    }
+    Ok(DONE)
+}
+
+/// Prints what the search on the finest grid takes of a device.
+fn plan_device(device: &dyn Searching, scene: &Scene, planned: &Planned, mode: Mode) -> Result<u8, Failure> {
+    let lines = devices::check(device, scene, planned)?;
+    let all: u64 = lines.iter().map(|(_, bytes)| bytes).sum();
+    match mode {
+        Mode::Human => {
+            print(&format!("{}: on {device:?}", scene.document.path().display()));
+            for (name, bytes) in lines.into_iter().chain([("in all", all)]) {
+                print(&format!(
+                    "{:>18}  {name}",
+                    grouped(usize::try_from(bytes).unwrap_or(usize::MAX))
+                ));
+            }
+        }
+        Mode::Json => {
+            let each = lines
+                .iter()
+                .map(|(name, bytes)| json!({ "name": name, "bytes": bytes }));
+            let fields =
+                json!({ "event": "device_plan", "device_bytes": all, "entries": each.collect::<Vec<_>>() });
+            print(&fields.to_string());
         }
         Mode::Quiet => {}
     }

@@ -1,7 +1,8 @@
 //! `thurible resume DIR`: a solve that was not finished, on from the last state that was kept of it.
 
-use super::options::{Running, Watching};
+use super::options::{OnDevice, Running, Watching};
 use crate::checkpoint::{self, Earlier, Every, Found, Solve};
+use crate::devices::Searching;
 use crate::exit::Failure;
 use crate::interrupt::Interrupt;
 use crate::plan::PlanOptions;
@@ -23,6 +24,9 @@ pub struct ResumeArguments {
     /// What it takes of the machine: threads and ceiling may be others than before.
     #[command(flatten)]
     pub running: Running,
+    /// Where the search goes on.
+    #[command(flatten)]
+    pub on: OnDevice,
     /// How often the state is kept from now on: every=60s, every=20 iterations, or off.
     #[arg(long, value_name = "every=60s|N", value_parser = checkpoint::parse)]
     pub checkpoint: Option<Every>,
@@ -43,6 +47,7 @@ pub fn run(arguments: &ResumeArguments) -> Result<u8, Failure> {
         ranks,
         threads: running.threads,
         memory_limit: running.memory_limit,
+        device: arguments.on.open()?,
         mode: running.mode(),
         checkpoint: arguments.checkpoint.unwrap_or_default(),
         watch: arguments.watching.watch,
@@ -62,6 +67,8 @@ pub(super) struct On<'a> {
     /// Threads and ceiling, which may be others than before.
     pub threads: Option<usize>,
     pub memory_limit: Option<usize>,
+    /// The device that the search goes on, where that is no processor.
+    pub device: Option<&'static dyn Searching>,
     /// How progress is shown.
     pub mode: Mode,
     /// How often the state is kept.
@@ -115,6 +122,7 @@ fn asked(solve: &Solve, damaged: &dyn Fn() -> Failure, on: On<'_>) -> Result<(Ru
         },
         mode: on.mode,
         ranks: on.ranks,
+        device: on.device,
         outputs: Outputs {
             arrays: true,
             images: solve.options.images,

@@ -1,9 +1,9 @@
 //! `thurible solve SCENE`: plan, allocate once, solve, make feasible, write.
 
-use super::options::{Keeping, SceneArguments};
+use super::options::{Keeping, OnDevice, SceneArguments};
 use crate::exit::Failure;
 use crate::progress::Clock;
-use crate::run::{Outputs, Request};
+use crate::run::{Outputs, Request, RunOptions};
 use crate::scene::Scene;
 use crate::solves::solve;
 use clap::Args;
@@ -18,6 +18,9 @@ pub struct SolveArguments {
     /// The result folder [default: `output.folder` of the scene].
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
+    /// Where the search goes.
+    #[command(flatten)]
+    pub on: OnDevice,
     /// What becomes of what is there, and of the state.
     #[command(flatten)]
     pub keeping: Keeping,
@@ -28,10 +31,13 @@ pub fn run(arguments: &SolveArguments) -> Result<u8, Failure> {
     let common = &arguments.common;
     let clock = Clock::start();
     let scene = Scene::load(&common.scene, &common.options.set, common.method.as_deref())?;
-    let options = common.options.run(Outputs {
-        arrays: true,
-        images: scene.output.frames,
-    });
+    let options = RunOptions {
+        device: arguments.on.open()?,
+        ..common.options.run(Outputs {
+            arrays: true,
+            images: scene.output.frames,
+        })
+    };
     let folder = arguments.output.as_ref().unwrap_or(&scene.output.folder).clone();
     let request = Request::new(scene, folder, clock);
     if options.follows() {

@@ -18,6 +18,7 @@ use crate::report::{self, RunRecord};
 use crate::{bytes, threads};
 use core::mem::MaybeUninit;
 use std::path::Path;
+use thurible_core::exec::Beside;
 use thurible_core::{D2, D3, Exec, Named, Real, Solver, Space, Status};
 
 /// A given v_0 that projection changes by more than this is worth a warning.
@@ -146,7 +147,10 @@ impl Job {
         let block = region.carve(bytes).ok_or_else(|| no_memory(bytes))?;
         touch(block);
         let solved = threads::together(self.planned.params.threads, |exec| {
-            self.among_ranks(exec, |exec| self.dispatch(exec, block))
+            self.among_ranks(exec, |exec| match self.options.device {
+                Some(device) => self.dispatch(&Beside::new(exec, device), block),
+                None => self.dispatch(exec, block),
+            })
         })?;
         drop(region);
         solved.show(&self.options)

@@ -27,13 +27,16 @@ pub(crate) use request::{Outputs, Request, RunOptions};
 pub(crate) use shared::{share_of, unshared};
 
 use crate::exit::Failure;
-use crate::{address_space, plan, threads};
+use crate::{address_space, devices, plan, threads};
 use job::Job;
 
 impl RunOptions {
     /// Solves the scene of `request`, which no Stable Fluids solve, into its folder.
     pub(crate) fn solve(&self, request: Request) -> Result<Outcome, Failure> {
         let planned = plan::choose(&request.scene, &self.plan)?;
+        if let Some(device) = self.device {
+            devices::check(device, &request.scene, &planned)?;
+        }
         let threads = planned.params.threads;
         let (job, region) = Job::new(*self, request, planned)?;
         address_space::check(threads)?;

@@ -2,6 +2,7 @@
 
 use super::earlier::Origin;
 use crate::checkpoint::{Every, Found};
+use crate::devices::Searching;
 use crate::exit::Failure;
 use crate::interrupt::Interrupt;
 use crate::live::Live;
@@ -23,6 +24,8 @@ pub(crate) struct RunOptions {
     pub outputs: Outputs,
     /// The programs that share the scene, where there are several.
     pub ranks: Option<&'static dyn Ranks>,
+    /// The device that the search goes on, where that is no processor.
+    pub device: Option<&'static dyn Searching>,
 }
 
 /// Which of the large parts of a result folder are wanted.

@@ -11,6 +11,7 @@ use super::saved::{self, Ended, Progressed, Reading};
 use super::settled::Settled;
 use crate::checkpoint::{Inputs as Files, Keeper, Words};
 use crate::destination::Destination;
+use crate::devices::Searching;
 use crate::exit::Failure;
 use crate::output::Sample;
 use crate::progress::Watch;
@@ -106,6 +107,7 @@ impl Job {
                     if keeper.is_due(watch) {
                         let mut words = Words::default();
                         if so_far.record(&mut words, watch).is_ok() {
+                            solver.fetch(exec);
                             keeper.keep(watch, &words, &mut |file| saved::write(solver, file));
                         }
                     }
@@ -113,6 +115,11 @@ impl Job {
                 iterate(solver, exec, watch, settled.as_mut(), &mut each)
             }
         };
+        if let Some(why) = self.options.device.and_then(Searching::failure) {
+            watch.display.close();
+            keeper.forget();
+            return Err(Failure::Memory(format!("the device failed: {why}")));
+        }
         watch.clock.solved();
         watch
             .display

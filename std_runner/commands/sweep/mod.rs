@@ -156,6 +156,7 @@ impl SweepArguments {
         }
         if !self.force && checkpoint::is_there(&run.folder) {
             let on = resume::On {
+                device: None,
                 threads,
                 memory_limit,
                 mode: self.options.mode(),

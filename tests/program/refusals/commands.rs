@@ -21,6 +21,19 @@ const COMMANDS: &[(&[&str], i32, &[&str])] = &[
         2,
         &["--threads", "many"],
     ),
+    // The program of these tests is built without cards.
+    (
+        &["solve", "SCENE", "--device", "gpu"],
+        2,
+        &["--device gpu", "--features gpu"],
+    ),
+    (&["plan", "SCENE", "--device", "gpu"], 2, &["--features gpu"]),
+    (&["devices"], 2, &["--features gpu"]),
+    (
+        &["solve", "SCENE", "--device-memory", "lots"],
+        2,
+        &["--device-memory", "lots", "GiB"],
+    ),
     (
         &["solve", "SCENE", "--precision", "f16"],
         2,
