@@ -123,6 +123,10 @@ impl Device for Gpu {
     fn read(&self, place: Place, row: &mut dyn FnMut(usize, &[f32])) {
         self.with((), |state, machine| {
             let numbers = machine.read(state.place(place), state.count());
+            // What was there before is better than nothing.
+            if machine.failure().is_some() {
+                return;
+            }
             for (index, values) in numbers.chunks_exact(state.facts.cells[0]).enumerate() {
                 row(index, values);
             }

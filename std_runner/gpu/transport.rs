@@ -5,28 +5,29 @@ use crate::machine::Machine;
 use crate::memory::Part;
 use crate::state::{Cell, STATES, State, largest_of_each, sum_of};
 use core::ops::Range;
-use thurible_core::exec::device::NotFinite;
+use thurible_core::exec::device::{NotFinite, Place};
 
+/// Steps whose Courant numbers come back together at most.
+const TOGETHER: usize = 512;
 /// What a stage keeps of rho; the rest is of the field that flows.
 const KEEP: [f64; 3] = [0.0, 0.75, 1.0 / 3.0];
 
 impl State {
     /// Counts the sub-steps of every step.
     pub fn count_substeps(&mut self, machine: &mut Machine) -> Result<(), NotFinite> {
-        let mut ranges = vec![self.courant(machine, self.flow(0))];
         let v = self.velocity();
-        ranges.extend(
-            v.windows(usize::MAX)
-                .map(|(first, count)| self.courant(machine, v.part(first, count))),
-        );
-        let sums = machine.sums();
+        let windows = v.windows(TOGETHER).map(|(first, count)| v.part(first, count));
         let [of_substep, most] = self.facts.courant;
         let mut substeps = Vec::with_capacity(self.facts.slots + 1);
-        for courant in ranges.iter().flat_map(|range| largest_of_each(&sums, range)) {
-            if !(courant <= most) {
-                return Err(NotFinite);
+        for flows in core::iter::once(self.flow(0)).chain(windows) {
+            let range = self.courant(machine, flows);
+            let sums = machine.sums();
+            for courant in largest_of_each(&sums, &range) {
+                if !(courant <= most) {
+                    return Err(NotFinite);
+                }
+                substeps.push(((courant / of_substep).ceil() as usize).max(1));
             }
-            substeps.push(((courant / of_substep).ceil() as usize).max(1));
         }
         if substeps.len() != self.facts.slots + 1 {
             return Err(NotFinite);
@@ -91,7 +92,6 @@ impl State {
 
     /// e = R (rho - rho*) of a keyframe, and C e.
     fn compare(&self, machine: &mut Machine, index: usize) {
-        use thurible_core::exec::device::Place;
         let (step, _) = self.facts.keyframes[index];
         let [error, image] = [Cell::Error, Cell::Image].map(|cell| self.cell(cell));
         self.add(machine, error.clone(), [0.0, 1.0], Some(self.density(step)));
@@ -109,7 +109,6 @@ impl State {
 
     /// Back through all steps: `out` = r `out` - A_v^T mu, slot by slot.
     pub fn go_back(&self, machine: &mut Machine, out: usize) {
-        use thurible_core::exec::device::Place;
         let (mu, image) = (self.cell(Cell::Mu), self.cell(Cell::Image));
         self.add(machine, mu.clone(), [0.0, 0.0], None);
         for step in (1..=self.facts.slots).rev() {

@@ -90,6 +90,11 @@ impl Job {
         })
     }
 
+    /// What went wrong on the device, if there is one and anything did.
+    fn device_failure(&self) -> Option<String> {
+        self.options.device.and_then(Searching::failure)
+    }
+
     /// Iterates to the end, keeping states, and makes the result feasible; how it ended. What ended before is not searched again.
     fn search<T: Real + Sample, S: Space>(
         &self,
@@ -108,6 +113,9 @@ impl Job {
                         let mut words = Words::default();
                         if so_far.record(&mut words, watch).is_ok() {
                             solver.fetch(exec);
+                            if self.device_failure().is_some() {
+                                return;
+                            }
                             keeper.keep(watch, &words, &mut |file| saved::write(solver, file));
                         }
                     }
@@ -115,10 +123,13 @@ impl Job {
                 iterate(solver, exec, watch, settled.as_mut(), &mut each)
             }
         };
-        if let Some(why) = self.options.device.and_then(Searching::failure) {
+        if let Some(why) = self.device_failure() {
             watch.display.close();
-            keeper.forget();
-            return Err(Failure::Memory(format!("the device failed: {why}")));
+            let goes_on = match keeper.kept() {
+                Some(_) => "; `thurible resume` goes on from the last state, on the processors too",
+                None => "",
+            };
+            return Err(Failure::Memory(format!("the device failed: {why}{goes_on}")));
         }
         watch.clock.solved();
         watch

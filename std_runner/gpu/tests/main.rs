@@ -11,7 +11,11 @@ mod verbs;
 use core::mem::MaybeUninit;
 use std::sync::OnceLock;
 use thurible_core::exec::Beside;
-use thurible_core::{Boundary, D2, D3, Exec, Params, Plan, Problem, Serial, Silent, Solver, Space, Status};
+use thurible_core::method::direct::there;
+use thurible_core::{
+    Boundary, D2, D3, Exec, HistoryPrecision, Params, Plan, Problem, Scheme, Serial, Silent, Solver, Space,
+    Status,
+};
 use thurible_gpu::{Gpu, adapters};
 
 /// The device of all tests: a card, or the program that plays one.
@@ -52,17 +56,12 @@ fn ball(cells: &[usize], centre: [f64; 3], radius: f64) -> Vec<f32> {
     field
 }
 
-fn search<S: Space>(exec: &dyn Exec, problem: &Problem<'_>, params: &Params) -> Ended {
+/// A solver of a problem, in a block that stays.
+fn solver<S: Space>(problem: &Problem<'_>, params: &Params) -> Solver<'static, f32, S> {
     let plan = Plan::new::<f32, S>(problem, params).unwrap();
-    let mut memory = vec![MaybeUninit::<u64>::uninit(); plan.bytes() / 8 + 16];
-    let bytes = memory.len() * 8;
-    let start = memory.as_mut_ptr().cast::<MaybeUninit<u8>>();
-    // SAFETY: bytes of the vector, which outlives the solver.
-    #[allow(unsafe_code, reason = "a block of bytes of any alignment")]
-    let block = unsafe { core::slice::from_raw_parts_mut(start, bytes) };
-    let at = block.as_ptr().align_offset(64);
-    let block = &mut block[at..];
-    let mut solver = Solver::<f32, S>::new(problem, plan.params(), block).unwrap();
+    let memory = vec![MaybeUninit::new(0u8); plan.bytes() + Plan::ALIGN].leak();
+    let at = memory.as_ptr().align_offset(Plan::ALIGN);
+    let mut solver = Solver::<f32, S>::new(problem, plan.params(), &mut memory[at..]).unwrap();
     solver
         .set_source(&ball(problem.cells, [0.4, 0.5, 0.45], 0.2))
         .unwrap();
@@ -70,6 +69,11 @@ fn search<S: Space>(exec: &dyn Exec, problem: &Problem<'_>, params: &Params) -> 
         let target = ball(problem.cells, [0.55, 0.5, 0.5], 0.2);
         solver.set_keyframe(index, &target).unwrap();
     }
+    solver
+}
+
+fn search<S: Space>(exec: &dyn Exec, problem: &Problem<'_>, params: &Params) -> Ended {
+    let mut solver = solver::<S>(problem, params);
     let (mut iterations, mut first) = (0, f64::NAN);
     let status = solver.solve(exec, &mut Silent, &mut |progress| {
         if iterations == 0 {
@@ -114,6 +118,83 @@ fn a_search_in_2d() {
     params.direct.nested = false;
     agree::<D2>(&problem, &params);
     agree::<D2>(&problem, &Params::default());
+}
+
+/// Three grids, of odd numbers of cells, and half of the steps on the coarser ones.
+#[test]
+fn a_nested_search() {
+    let ends = [Boundary::Periodic, Boundary::Wall];
+    let problem = Problem::new(&[48, 36], &ends, &[6, 12]);
+    let mut params = Params::default();
+    params.direct.coarse_iterations = Some(5);
+    params.iterations = 5;
+    agree::<D2>(&problem, &params);
+}
+
+/// What was taken back from the device and saved goes on there with the same bits.
+#[test]
+fn a_search_goes_on() {
+    let walls = [Boundary::Wall, Boundary::Wall];
+    let problem = Problem::new(&[32, 24], &walls, &[8]);
+    let mut params = Params::default();
+    params.iterations = 9;
+    params.direct.coarse_iterations = Some(3);
+    let exec = &Beside::new(&Serial, device());
+    let mut whole = solver::<D2>(&problem, &params);
+    for _ in 0..7 {
+        assert_eq!(whole.step(exec, &mut Silent).status, None);
+    }
+    whole.fetch(exec);
+    let mut bytes = vec![0; whole.saved_bytes()];
+    whole.save(&mut bytes).unwrap();
+    whole.solve(exec, &mut Silent, &mut |_| {});
+    let mut other = solver::<D2>(&problem, &params);
+    other.restore(&bytes).unwrap();
+    other.solve(exec, &mut Silent, &mut |_| {});
+    assert_eq!(device().failure(), None);
+    assert_eq!(whole.objective(), other.objective());
+    assert_eq!(whole.density(5), other.density(5));
+}
+
+/// A ceiling is said before anything is taken, and a search that does not fit ends in a sentence.
+#[test]
+fn a_ceiling_holds() {
+    let walls = [Boundary::Wall, Boundary::Wall];
+    let problem = Problem::new(&[16, 16], &walls, &[8]);
+    let params = Params::default();
+    let plan = Plan::new::<f32, D2>(&problem, &params).unwrap();
+    let room = there::room(&problem, plan.params()).unwrap();
+    let bytes: u64 = device().plan(&room).unwrap().iter().map(|(_, bytes)| bytes).sum();
+    let first = &adapters()[0];
+    let enough = first.open(Some(bytes)).unwrap();
+    assert_eq!(enough.plan(&room), device().plan(&room));
+    search::<D2>(&Beside::new(&Serial, &enough), &problem, &params);
+    assert_eq!(enough.failure(), None);
+    let short = first.open(Some(bytes - 1)).unwrap();
+    let refused = short.plan(&room).unwrap_err();
+    assert!(
+        refused.contains(&format!("it may take {}", bytes - 1)),
+        "{refused}"
+    );
+    let ended = search::<D2>(&Beside::new(&Serial, &short), &problem, &params);
+    assert_eq!(short.failure(), Some(refused));
+    assert_ne!(ended.status, Status::Converged);
+}
+
+/// What a device cannot do is told by a word.
+#[test]
+fn what_a_device_cannot_do_is_told() {
+    let ends = [Boundary::Open, Boundary::Wall];
+    let open = Problem::new(&[16, 16], &ends, &[8]);
+    assert_eq!(there::room(&open, &Params::default()), Err("open sides"));
+    let walls = [Boundary::Wall, Boundary::Wall];
+    let mut problem = Problem::new(&[16, 16], &walls, &[8]);
+    let mut params = Params::default();
+    params.direct.history_precision = HistoryPrecision::Half;
+    assert_eq!(there::room(&problem, &params), Err("pairs in half the bytes"));
+    problem.advection.scheme = Scheme::Quick;
+    let other = there::room(&problem, &Params::default());
+    assert_eq!(other, Err("other advection than limited"));
 }
 
 #[test]
