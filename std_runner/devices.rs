@@ -4,10 +4,9 @@ use crate::exit::Failure;
 use crate::plan::Planned;
 use crate::problem::Precision;
 use crate::scene::Scene;
-use thurible_core::Method;
 use thurible_core::exec::Device;
 use thurible_core::exec::device::Room;
-use thurible_core::method::direct::there;
+use thurible_core::solver::room;
 
 /// A device, as it is listed.
 #[derive(Clone, Debug)]
@@ -147,13 +146,10 @@ pub(crate) fn check(
     if planned.precision != Precision::F32 {
         return Err(refuse("other precision than f32"));
     }
-    if planned.params.method != Method::Direct {
-        return Err(refuse("other method than direct"));
-    }
     if planned.windows.is_some() {
         return Err(refuse("`method.window`"));
     }
-    let room = there::room(&planned.problem.problem(), &planned.params).map_err(refuse)?;
+    let room = room(&planned.problem.problem(), &planned.params).map_err(refuse)?;
     let path = scene.document.path().display();
     device
         .plan(&room)

@@ -28,7 +28,7 @@ pub(crate) use fingerprint::of_problem;
 pub(crate) use inputs::{check as check_density, check_solids, put_solids};
 pub use layout::Strided;
 pub(crate) use layout::{FileLayout, finite};
-pub use plan::Plan;
+pub use plan::{Plan, room};
 pub use reference::Elsewhere;
 pub use refined::{MAX_DOUBLINGS, Refined, Refinement};
 pub(crate) use script::carve as carve_script;

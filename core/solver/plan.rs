@@ -2,10 +2,12 @@
 
 use super::release::Release;
 use crate::checkpoint;
+use crate::exec::device::Room;
 use crate::grid::Space;
 use crate::memory::{ALIGN, Arena, Entry, Layout, Ledger, Sharing};
 use crate::method::contract::Size;
-use crate::method::params::Params;
+use crate::method::direct::there;
+use crate::method::params::{Method, Params};
 use crate::method::refusal::PlanError;
 use crate::method::registry::{self, Engine};
 use crate::problem::{Feature, Problem, ProblemError, ShareError};
@@ -120,6 +122,17 @@ impl Plan {
     pub fn entries(&self) -> &[Entry] {
         self.ledger.entries()
     }
+}
+
+/// How large the search of a problem on the finest grid is, for a device.
+///
+/// # Errors
+/// What of the problem a device cannot do yet, in words.
+pub fn room(problem: &Problem<'_>, params: &Params) -> Result<Room, &'static str> {
+    if params.method != Method::Direct {
+        return Err("other method than direct");
+    }
+    there::room(&registry::resolved(problem, params), params)
 }
 
 fn check<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<(), PlanError> {

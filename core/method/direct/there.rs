@@ -32,11 +32,8 @@ const TAKEN: [Feature; 4] = [
     Feature::Release,
 ];
 
-/// What of a problem a device cannot do yet, in a word, or how large the search on the finest grid is.
-///
-/// # Errors
-/// That word.
-pub fn room(problem: &Problem<'_>, params: &Params) -> Result<Room, &'static str> {
+/// How large the search of a problem on the finest grid is, or what of the problem a device cannot do yet, in a word.
+pub(crate) fn room(problem: &Problem<'_>, params: &Params) -> Result<Room, &'static str> {
     if let Some(feature) = Feature::ALL
         .iter()
         .find(|feature| problem.asks_for(**feature) && !TAKEN.contains(feature))
@@ -275,9 +272,13 @@ impl<T: Real, S> Function<T, S> for There<'_, '_, '_, '_, T> {
         _: &dyn Exec,
         observer: &mut dyn Observer,
         force: usize,
-        _: f64,
+        bound: f64,
     ) -> Result<Objective, Stop> {
         let [data, price, plain] = heard(observer, self.device.value(force))?;
+        // The search of a step goes by what it is told here too.
+        if data > bound {
+            return Ok(Objective::of_data(data));
+        }
         Ok(Objective {
             data,
             ..Objective::of_force(price, plain)

@@ -11,7 +11,7 @@ mod verbs;
 use core::mem::MaybeUninit;
 use std::sync::OnceLock;
 use thurible_core::exec::Beside;
-use thurible_core::method::direct::there;
+use thurible_core::solver::room;
 use thurible_core::{
     Boundary, D2, D3, Exec, HistoryPrecision, Params, Plan, Problem, Scheme, Serial, Silent, Solver, Space,
     Status,
@@ -163,15 +163,20 @@ fn a_ceiling_holds() {
     let problem = Problem::new(&[16, 16], &walls, &[8]);
     let params = Params::default();
     let plan = Plan::new::<f32, D2>(&problem, &params).unwrap();
-    let room = there::room(&problem, plan.params()).unwrap();
-    let bytes: u64 = device().plan(&room).unwrap().iter().map(|(_, bytes)| bytes).sum();
+    let needed = room(&problem, plan.params()).unwrap();
+    let bytes: u64 = device()
+        .plan(&needed)
+        .unwrap()
+        .iter()
+        .map(|(_, bytes)| bytes)
+        .sum();
     let first = &adapters()[0];
     let enough = first.open(Some(bytes)).unwrap();
-    assert_eq!(enough.plan(&room), device().plan(&room));
+    assert_eq!(enough.plan(&needed), device().plan(&needed));
     search::<D2>(&Beside::new(&Serial, &enough), &problem, &params);
     assert_eq!(enough.failure(), None);
     let short = first.open(Some(bytes - 1)).unwrap();
-    let refused = short.plan(&room).unwrap_err();
+    let refused = short.plan(&needed).unwrap_err();
     assert!(
         refused.contains(&format!("it may take {}", bytes - 1)),
         "{refused}"
@@ -186,14 +191,14 @@ fn a_ceiling_holds() {
 fn what_a_device_cannot_do_is_told() {
     let ends = [Boundary::Open, Boundary::Wall];
     let open = Problem::new(&[16, 16], &ends, &[8]);
-    assert_eq!(there::room(&open, &Params::default()), Err("open sides"));
+    assert_eq!(room(&open, &Params::default()), Err("open sides"));
     let walls = [Boundary::Wall, Boundary::Wall];
     let mut problem = Problem::new(&[16, 16], &walls, &[8]);
     let mut params = Params::default();
     params.direct.history_precision = HistoryPrecision::Half;
-    assert_eq!(there::room(&problem, &params), Err("pairs in half the bytes"));
+    assert_eq!(room(&problem, &params), Err("pairs in half the bytes"));
     problem.advection.scheme = Scheme::Quick;
-    let other = there::room(&problem, &Params::default());
+    let other = room(&problem, &Params::default());
     assert_eq!(other, Err("other advection than limited"));
 }
 
