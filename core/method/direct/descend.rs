@@ -17,6 +17,13 @@ use crate::real::Real;
 use crate::transport::Stop;
 
 impl<T: Real, S: Space> Direct<'_, T, S> {
+    /// Takes the fields of L-BFGS back from a device that has them.
+    pub(super) fn fetch_fields(&mut self, exec: &dyn Exec, script: &Script<'_, T>) {
+        if let (Some(device), Some(level)) = (exec.device(), self.there) {
+            There::new(device, &mut self.work(level, script)).read_fields();
+        }
+    }
+
     /// One iteration on the current grid.
     pub(super) fn descend(
         &mut self,

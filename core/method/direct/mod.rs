@@ -39,7 +39,6 @@ use core::marker::PhantomData;
 use params::{DirectParams, coarse_iterations};
 use setup::Setup;
 use sizes::{Sizes, Threads, coarser};
-use there::There;
 
 /// Their tolerance in parts of the finest grid's: a plateau there is seldom the end, and to go on costs little.
 const COARSE_TOLERANCE: f64 = 1e-2;
@@ -247,9 +246,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
     }
 
     fn fetch(&mut self, exec: &dyn Exec, script: &Script<'_, T>) {
-        if let (Some(device), Some(level)) = (exec.device(), self.there) {
-            There::new(device, &mut self.work(level, script)).read_fields();
-        }
+        self.fetch_fields(exec, script);
     }
 
     /// One iteration, on the grid that the solve has come to.
