@@ -5,18 +5,22 @@ use core::sync::atomic::{AtomicU64, Ordering};
 use mpi::point_to_point::{Destination, Source};
 use mpi::request;
 use mpi::topology::{Communicator, Rank, SimpleCommunicator};
+use std::time::Instant;
 use thurible_core::exec::Ranks;
 
 /// The most bytes of a message: MPI counts in `int`.
 const MOST: usize = 1 << 30;
+
+/// The most bytes of a message of a sum or a maximum: of all products of L-BFGS at once, but less than that of any plane.
+const NUMBERS: usize = 160;
 
 /// This rank among all that MPI started.
 #[derive(Debug)]
 pub struct Messages {
     rank: usize,
     count: usize,
-    /// Messages that were sent, and their bytes.
-    sent: [AtomicU64; 2],
+    /// Messages that were sent, their bytes, those of them of at most [`NUMBERS`], and nanoseconds from the call to its end.
+    sent: [AtomicU64; 4],
 }
 
 impl Messages {
@@ -36,6 +40,7 @@ impl Messages {
         if let Some((_, send)) = send {
             self.sent[0].fetch_add(1, Ordering::Relaxed);
             self.sent[1].fetch_add(send.len() as u64, Ordering::Relaxed);
+            self.sent[2].fetch_add(u64::from(send.len() <= NUMBERS), Ordering::Relaxed);
         }
         let send = || {
             if let Some((to, send)) = send {
@@ -68,22 +73,28 @@ impl Ranks for Messages {
         let (to, from) = (to.and_then(number), from.and_then(number));
         let mut sends = send.chunks(MOST).filter(|_| to.is_some());
         let mut receives = receive.chunks_mut(MOST).filter(|_| from.is_some());
+        let begun = Instant::now();
         loop {
             match (to.zip(sends.next()), from.zip(receives.next())) {
-                (None, None) => return,
+                (None, None) => break,
                 (send, receive) => self.piece(send, receive),
             }
         }
+        let nanoseconds = u64::try_from(begun.elapsed().as_nanos()).unwrap_or(u64::MAX);
+        self.sent[3].fetch_add(nanoseconds, Ordering::Relaxed);
     }
 }
 
 impl fmt::Display for Messages {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [messages, bytes] = self.sent.each_ref().map(|sent| sent.load(Ordering::Relaxed));
+        let [messages, bytes, numbers, nanoseconds] =
+            self.sent.each_ref().map(|sent| sent.load(Ordering::Relaxed));
         write!(
             f,
-            "thurible-mpi: rank {} of {} sent {messages} messages, {bytes} bytes",
-            self.rank, self.count
+            "thurible-mpi: rank {} of {} sent {messages} messages, {bytes} bytes, {numbers} messages of numbers, in {:.3} s",
+            self.rank,
+            self.count,
+            nanoseconds as f64 * 1e-9
         )
     }
 }
