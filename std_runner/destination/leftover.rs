@@ -35,7 +35,8 @@ fn left_behind(folder: &Path) -> Vec<PathBuf> {
     if let Some(parent) = folder.parent() {
         found.extend(named(parent, &|name: &str| name.starts_with(&own)));
     }
-    found.retain(|hidden| is_left_behind(hidden));
+    // An empty one has no lock yet, or no more: whoever is making it just now makes another.
+    found.retain(|hidden| fs::remove_dir(hidden).is_err() && is_left_behind(hidden));
     found
 }
 

@@ -41,14 +41,17 @@ impl Staging {
             }
             let path = parent.join(name);
             match fs::create_dir(&path) {
-                Ok(()) => {
-                    let _lock = hold(&path).ok().flatten();
-                    return Ok(Self {
-                        path,
-                        kept: false,
-                        _lock,
-                    });
-                }
+                Ok(()) => match hold(&path) {
+                    // Another run took it for one that was left behind.
+                    Err(error) if error.kind() == ErrorKind::NotFound => {}
+                    held => {
+                        return Ok(Self {
+                            path,
+                            kept: false,
+                            _lock: held.ok().flatten(),
+                        });
+                    }
+                },
                 Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
                 Err(error) => return Err(error),
             }

@@ -356,6 +356,9 @@ fn leftovers_of_killed_runs_are_removed() {
     fs::create_dir(&beside).unwrap();
     fs::write(beside.join("lock"), "").unwrap();
     fs::write(beside.join("density"), [0; 100]).unwrap();
+    // Killed before it was locked, or after its lock had gone.
+    let empty = folder.join("out/.thurible-probe-1");
+    fs::create_dir(&empty).unwrap();
     // Killed when the states had gone, and files that they need had not.
     let stateless = folder.join("out.checkpoint");
     fs::create_dir(&stateless).unwrap();
@@ -364,7 +367,7 @@ fn leftovers_of_killed_runs_are_removed() {
     let refused = ended(&folder, &solve[..solve.len() - 1]);
     assert!(refused.err.contains("holds a result already"), "{}", refused.err);
     assert!(arrays(&folder) == before);
-    for left in [hidden, beside, stateless] {
+    for left in [hidden, beside, empty, stateless] {
         assert!(!left.exists(), "{} is left behind", left.display());
     }
     let mut found: Vec<_> = fs::read_dir(folder.join("out"))
