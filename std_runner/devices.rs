@@ -19,6 +19,8 @@ pub(crate) struct Listed {
 
 /// A device that searches.
 pub(crate) trait Searching: Device {
+    /// Its name.
+    fn name(&self) -> &str;
     /// What went wrong first, if anything did.
     fn failure(&self) -> Option<String>;
     /// Bytes that a search takes of its memory, by name.
@@ -35,6 +37,10 @@ mod cards {
     use thurible_gpu::{Gpu, adapters};
 
     impl Searching for Gpu {
+        fn name(&self) -> &str {
+            Gpu::name(self)
+        }
+
         fn failure(&self) -> Option<String> {
             Gpu::failure(self)
         }
@@ -102,7 +108,7 @@ pub(crate) fn open(wanted: &str, most: Option<usize>) -> Result<Option<&'static 
         if any_card {
             !listed.is_software
         } else {
-            listed.name.to_lowercase().contains(&wanted.to_lowercase())
+            !wanted.is_empty() && listed.name.to_lowercase().contains(&wanted.to_lowercase())
         }
     };
     let Some(found) = all.iter().find(fits) else {
@@ -133,6 +139,17 @@ pub(crate) fn refusal(scene: &Scene, what: &str) -> Failure {
     ))
 }
 
+/// Refuses a scene that no device solves yet, whatever it plans.
+///
+/// # Errors
+/// What of it.
+pub(crate) fn steers(scene: &Scene) -> Result<(), Failure> {
+    if scene.method.fluids.chosen {
+        return Err(refusal(scene, "solver stable_fluids"));
+    }
+    Ok(())
+}
+
 /// Refuses what a device cannot do yet; the bytes that it takes, by name.
 ///
 /// # Errors
@@ -149,7 +166,7 @@ pub(crate) fn check(
     if planned.windows.is_some() {
         return Err(refuse("`method.window`"));
     }
-    let room = room(&planned.problem.problem(), &planned.params).map_err(refuse)?;
+    let room = room(&planned.problem.problem(), planned.plan.params()).map_err(refuse)?;
     let path = scene.document.path().display();
     device
         .plan(&room)

@@ -5,7 +5,7 @@ use crate::exit::Failure;
 use crate::plan::PlanOptions;
 use crate::run::{Outcome, Request, RunOptions};
 use crate::scene::Scene;
-use crate::{fluids, plan};
+use crate::{devices, fluids, plan};
 
 /// Solves the scene of `request` into its folder.
 pub(crate) fn solve(options: &RunOptions, request: Request) -> Result<Outcome, Failure> {
@@ -13,7 +13,7 @@ pub(crate) fn solve(options: &RunOptions, request: Request) -> Result<Outcome, F
         request.is_shared()?;
     }
     if options.device.is_some() {
-        request.on_device()?;
+        devices::steers(&request.scene)?;
     }
     if !request.overwrites {
         refuse_result(&request.folder)?;

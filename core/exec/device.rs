@@ -1,8 +1,8 @@
 //! A device: a machine with a memory of its own, as a graphics card, on which the direct method searches a flow.
 //!
 //! The descent, nested starts, stopping rules and reports are those of the core. A device brings what they ask of whole fields, each verb a
-//! row of the table in `docs/operators.md`. It computes in `f32`; fields are its own from [`Device::begin`] on, and numbers alone come back
-//! but for [`Device::read`].
+//! row of the table in `docs/operators.md`. It computes in `f32`; fields are its own from [`Device::begin`] on, and come back where somebody
+//! asks for them. One search at a time is on a device: what is set, saved or solved by others meanwhile, it does not hear of.
 
 use super::{Exec, Ranks};
 use core::fmt::Debug;
@@ -116,8 +116,10 @@ pub trait Device: Sync + Debug {
     fn read(&self, place: Place, row: &mut dyn FnMut(usize, &[f32]));
     /// Field `into` = the sum of `factor` times a field each.
     fn form(&self, into: usize, terms: &mut dyn Iterator<Item = (f64, usize)>);
-    /// Projects a field; max |div| h_x / max |d| that is left, and max |d|.
-    fn clean(&self, field: usize) -> [f64; 2];
+    /// max |div d| h_x / max |d| of a field, and max |d|.
+    fn divergence(&self, field: usize) -> [f64; 2];
+    /// Projects a field, once.
+    fn project(&self, field: usize);
     /// v += s times a field.
     fn advance(&self, field: usize, s: f64);
     /// v = v_0 + keep (v - v_0) in all slots.

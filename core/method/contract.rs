@@ -123,9 +123,9 @@ pub trait Contract<'m, T: Real, S: Space> {
     /// [`Damaged`] where one is out of its range.
     fn scalars(&mut self, record: &mut Record<'_>) -> Result<(), Damaged>;
 
-    /// Takes back what of its buffers a device has, for a checkpoint; nothing, where none has.
-    fn fetch(&mut self, exec: &dyn Exec, script: &Script<'_, T>) {
-        let _ = (exec, script);
+    /// Takes back what of its buffers a device has: the flow and its densities, or for a checkpoint all; nothing, where none has.
+    fn fetch(&mut self, exec: &dyn Exec, script: &Script<'_, T>, all: bool) {
+        let _ = (exec, script, all);
     }
 
     /// One outer iteration, told in `progress`.

@@ -15,7 +15,7 @@ use crate::transport::Stop;
 use core::ops::ControlFlow;
 
 /// max |div d| h_x / max |d| that a direction d may have.
-const CLEAN: f64 = 4e-5;
+pub const CLEAN: f64 = 4e-5;
 /// Part of its divergence that a projected direction may keep.
 const DIRECTION_TOLERANCE: f64 = 0.02;
 

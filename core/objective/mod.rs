@@ -3,7 +3,7 @@
 
 pub mod coarse;
 pub mod data_term;
-mod feasible;
+pub mod feasible;
 pub mod flow;
 mod force_term;
 mod gradient;

@@ -184,10 +184,17 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
         progress
     }
 
-    /// Takes back what the device of `exec` has, if there is one and it searches: before [`Self::save`], so that the state can go on.
+    /// Takes back the flow and its densities from the device of `exec`, if there is one and it searches: before they are read between two
+    /// steps.
     pub fn fetch(&mut self, exec: &dyn Exec) {
         let script = Script::new(self.lists, self.fields);
-        self.engine.get_mut().fetch(exec, &script);
+        self.engine.get_mut().fetch(exec, &script, false);
+    }
+
+    /// As [`Self::fetch`], with all that a state has: before [`Self::save`], which otherwise saves what there was before the device began.
+    pub fn fetch_all(&mut self, exec: &dyn Exec) {
+        let script = Script::new(self.lists, self.fields);
+        self.engine.get_mut().fetch(exec, &script, true);
     }
 
     /// Iterates to the end and makes the result feasible; `each` hears every iteration. Where the last step was not finite but a flow before

@@ -132,7 +132,7 @@ pub fn room(problem: &Problem<'_>, params: &Params) -> Result<Room, &'static str
     if params.method != Method::Direct {
         return Err("other method than direct");
     }
-    there::room(&registry::resolved(problem, params), params)
+    there::room(&registry::resolved(problem, params).controlled(), params)
 }
 
 fn check<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<(), PlanError> {

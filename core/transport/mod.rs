@@ -18,6 +18,7 @@ mod substeps;
 mod terms;
 
 pub use flow::{Flow, ROWS_AHEAD};
+pub use limited::KEEP;
 pub use stepping::{Stepping, Stop, TooFast};
 pub use substeps::negligible;
 

@@ -33,7 +33,7 @@ pub struct PlanArguments {
     #[command(flatten)]
     pub on: OnDevice,
     /// The memory of each of N ranks that share the scene.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20), conflicts_with = "device")]
     pub ranks: Option<u32>,
 }
 
@@ -52,6 +52,9 @@ pub fn run(arguments: &PlanArguments) -> Result<u8, Failure> {
     };
     if let Some(ranks) = ranks {
         return plan_ranks(&scene, &options, ranks as usize, arguments.options.mode());
+    }
+    if device.is_some() {
+        devices::steers(&scene)?;
     }
     if scene.method.fluids.chosen {
         return plan_fluids(&scene, &options, arguments.options.mode());
@@ -82,7 +85,11 @@ fn plan_device(device: &dyn Searching, scene: &Scene, planned: &Planned, mode: M
     let all: u64 = lines.iter().map(|(_, bytes)| bytes).sum();
     match mode {
         Mode::Human => {
-            print(&format!("{}: on {device:?}", scene.document.path().display()));
+            print(&format!(
+                "{}: on {}",
+                scene.document.path().display(),
+                device.name()
+            ));
             for (name, bytes) in lines.into_iter().chain([("in all", all)]) {
                 print(&format!(
                     "{:>18}  {name}",
@@ -95,8 +102,8 @@ fn plan_device(device: &dyn Searching, scene: &Scene, planned: &Planned, mode: M
                 .iter()
                 .map(|(name, bytes)| json!({ "name": name, "bytes": bytes }));
             let fields =
-                json!({ "event": "device_plan", "device_bytes": all, "entries": each.collect::<Vec<_>>() });
-            print(&fields.to_string());
+                json!({ "device": device.name(), "device_bytes": all, "entries": each.collect::<Vec<_>>() });
+            Display::new(Mode::Json, 0).event("plan", fields);
         }
         Mode::Quiet => {}
     }

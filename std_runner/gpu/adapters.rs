@@ -70,6 +70,12 @@ impl Gpu {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// As its driver calls it.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
     /// What went wrong first, if anything did.
     #[must_use]
     pub fn failure(&self) -> Option<String> {
@@ -137,8 +143,16 @@ impl Device for Gpu {
         self.with((), |state, machine| state.form(machine, into, terms));
     }
 
-    fn clean(&self, field: usize) -> [f64; 2] {
-        self.with([f64::NAN; 2], |state, machine| state.clean(machine, field))
+    fn divergence(&self, field: usize) -> [f64; 2] {
+        self.with([f64::NAN; 2], |state, machine| {
+            state.relative_divergence(machine, field)
+        })
+    }
+
+    fn project(&self, field: usize) {
+        self.with((), |state, machine| {
+            state.project(machine, &state.fields[field], 1);
+        });
     }
 
     fn advance(&self, field: usize, s: f64) {

@@ -15,9 +15,11 @@ const ROW: u64 = 32768;
 /// Dispatches that wait at most before they are handed over.
 const WAITING: usize = 1024;
 /// Groups of a sum over all elements: as many numbers come back.
-pub const PARTIAL: usize = 64;
+pub const PARTIAL: usize = 256;
 /// Sums that may come back together.
-const SUMS: usize = 1 << 16;
+const SUMS: usize = 1 << 18;
+/// Bytes that are written at most before the device takes them: until then they are held twice.
+const STAGED: u64 = 1 << 26;
 
 /// One kernel over some parts of fields.
 struct Dispatch {
@@ -42,6 +44,8 @@ pub struct Machine {
     nothing: Field,
     staging: Buffer,
     taken: usize,
+    /// Bytes that were written since the device took some.
+    staged: u64,
     failure: Failure,
 }
 
@@ -96,6 +100,7 @@ impl Machine {
             waiting: Vec::new(),
             staging,
             taken: 0,
+            staged: 0,
             failure,
         };
         match machine.failure() {
@@ -132,6 +137,14 @@ impl Machine {
         self.flush();
         let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
         self.queue.write_buffer(&part.buffer, part.offset, &bytes);
+        self.staged += bytes.len() as u64;
+        if self.staged >= STAGED {
+            self.queue.submit([]);
+            if self.device.poll(PollType::wait_indefinitely()).is_err() {
+                self.fail("what was written did not arrive".into());
+            }
+            self.staged = 0;
+        }
     }
 
     /// Reads the first `count` numbers of a part; not finite ones where the device failed.
@@ -244,7 +257,7 @@ impl Machine {
         self.taken += rows * PARTIAL;
         if self.taken > SUMS {
             self.fail("more sums than there is room for".into());
-            return 0..0;
+            return SUMS..SUMS + 1;
         }
         let numbers = Numbers {
             first: begin as u32,

@@ -53,10 +53,15 @@ pub fn apart(cells: usize) -> usize {
     cells.next_multiple_of(ALIGNED)
 }
 
+/// Bytes of a step that a device binds at once at most.
+fn at_once(limits: &Limits) -> u64 {
+    limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+}
+
 impl Size {
     /// That of `steps` steps of `numbers` numbers each under the limits of a device.
     pub fn new(limits: &Limits, name: &'static str, steps: usize, numbers: usize) -> Self {
-        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let most = at_once(limits);
         let of_step = (numbers as u64 * BYTES).max(1);
         let together = usize::try_from(most / of_step).unwrap_or(usize::MAX);
         Self {
@@ -131,7 +136,7 @@ impl Plan {
         if let Some(most) = most.filter(|&most| self.bytes() > most) {
             return Err(self.refusal(&format!("it may take {most}")));
         }
-        let bound = limits.max_storage_buffer_binding_size;
+        let bound = at_once(limits);
         match self.sizes.iter().map(Size::step_bytes).max() {
             Some(largest) if largest > bound => Err(self.refusal(&format!(
                 "a step of {largest} bytes is more than the {bound} that it takes at once"

@@ -4,14 +4,11 @@ use crate::kernels::{FLAGS, Kernel, Numbers};
 use crate::machine::Machine;
 use crate::memory::Field;
 use crate::state::{State, sum_of};
-use crate::transport::data;
 use core::ops::Range;
 use thurible_core::exec::device::{NotFinite, Stride, WithGradient};
 
 /// Passes of a projection: after two of them what is left is rounding.
 const PASSES: usize = 2;
-/// max |div d| h_x / max |d| that a direction d may have (core/objective/feasible.rs).
-const CLEAN: f64 = 4e-5;
 /// What is not finite comes back as 1e30.
 const FINITE: f64 = 1e29;
 
@@ -65,7 +62,7 @@ impl State {
     /// See [`Device::value`](thurible_core::exec::Device::value).
     pub fn value(&mut self, machine: &mut Machine, force: usize) -> Result<[f64; 3], NotFinite> {
         self.count_substeps(machine)?;
-        let terms = self.carry_all(machine);
+        let data = self.carry_all(machine);
         let w = &self.fields[force];
         self.accelerate(machine, w);
         self.project(machine, w, PASSES);
@@ -73,7 +70,7 @@ impl State {
         let sums = machine.sums();
         let weight = 0.5 * self.facts.force_weight;
         let [price, plain] = [price, plain].map(|range| weight * sum_of(&sums, &range));
-        Ok([data(&sums, &terms), price, plain])
+        Ok([data, price, plain])
     }
 
     /// See [`Device::gradient`](thurible_core::exec::Device::gradient).
@@ -119,25 +116,16 @@ impl State {
         }
     }
 
-    /// See [`Device::clean`](thurible_core::exec::Device::clean).
-    pub fn clean(&self, machine: &mut Machine, field: usize) -> [f64; 2] {
-        let relative = |[divergence, largest]: [f64; 2]| {
-            let finite = divergence < FINITE && largest < FINITE;
-            let left = match divergence {
-                _ if !finite => f64::NAN,
-                0.0 => 0.0,
-                _ => divergence / (self.facts.inverse[0] * largest),
-            };
-            [left, if finite { largest } else { f64::NAN }]
-        };
-        let field = &self.fields[field];
-        let [left, largest] = relative(self.measure(machine, field));
-        if left <= CLEAN || !left.is_finite() {
-            return [left, largest];
+    /// See [`Device::divergence`](thurible_core::exec::Device::divergence).
+    pub fn relative_divergence(&self, machine: &mut Machine, field: usize) -> [f64; 2] {
+        let [divergence, largest] = self.measure(machine, &self.fields[field]);
+        if !(divergence < FINITE && largest < FINITE) {
+            return [f64::NAN; 2];
         }
-        self.project(machine, field, 1);
-        let [left, _] = relative(self.measure(machine, field));
-        [left, largest]
+        if divergence == 0.0 {
+            return [0.0, largest];
+        }
+        [divergence / (self.facts.inverse[0] * largest), largest]
     }
 
     /// v += s times a field.

@@ -9,6 +9,8 @@ use wgpu::Limits;
 
 /// Slots that are projected together at most.
 const BATCH: usize = 16;
+/// Windows of so many slots whose largest numbers come back together at most.
+const MEASURED: usize = 128;
 /// States of the sub-steps of a step that are kept on the way back; others are computed again.
 pub const STATES: usize = 8;
 
@@ -426,20 +428,25 @@ impl State {
 
     /// max |div| of a field, and max |x|; 1e30 where that is not finite.
     pub fn measure(&self, machine: &mut Machine, field: &Field) -> [f64; 2] {
-        let mut ranges = Vec::new();
-        for (first, count) in field.windows(self.potentials[0].steps()) {
-            self.divergence(machine, field, (first, count));
-            ranges.push([
-                self.largest(machine, self.potentials[0].part(0, count)),
-                self.largest(machine, field.part(first, count)),
-            ]);
+        let windows: Vec<_> = field.windows(self.potentials[0].steps()).collect();
+        let mut found = [0.0, 0.0];
+        for windows in windows.chunks(MEASURED) {
+            let mut ranges = Vec::with_capacity(windows.len());
+            for &(first, count) in windows {
+                self.divergence(machine, field, (first, count));
+                ranges.push([
+                    self.largest(machine, self.potentials[0].part(0, count)),
+                    self.largest(machine, field.part(first, count)),
+                ]);
+            }
+            let sums = machine.sums();
+            for ranges in &ranges {
+                for (most, range) in found.iter_mut().zip(ranges) {
+                    *most = worse(*most, largest_of(&sums, range));
+                }
+            }
         }
-        let sums = machine.sums();
-        let most = |which: usize| {
-            let of = |range: &[Range<usize>; 2]| largest_of(&sums, &range[which]);
-            ranges.iter().map(of).fold(0.0, f64::max)
-        };
-        [most(0), most(1)]
+        found
     }
 
     /// Begins the Courant numbers of the steps of some flows; [`PARTIAL`] numbers for each.
@@ -456,14 +463,15 @@ pub fn sum_of(sums: &[f32], range: &Range<usize>) -> f64 {
     sums.iter().map(|&sum| f64::from(sum)).sum()
 }
 
+/// The larger of two numbers, or what is none.
+fn worse(most: f64, next: f64) -> f64 {
+    if next > most || next.is_nan() { next } else { most }
+}
+
 /// The largest of them.
 pub fn largest_of(sums: &[f32], range: &Range<usize>) -> f64 {
     let sums = sums.get(range.clone()).unwrap_or(&[f32::NAN]);
-    let worse = |most: f64, &next: &f32| {
-        let next = f64::from(next);
-        if next > most || next.is_nan() { next } else { most }
-    };
-    sums.iter().fold(0.0, worse)
+    sums.iter().map(|&sum| f64::from(sum)).fold(0.0, worse)
 }
 
 /// The largest of every [`PARTIAL`] of them.

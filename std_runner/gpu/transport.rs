@@ -4,13 +4,13 @@ use crate::kernels::{FLAGS, Kernel, Numbers};
 use crate::machine::Machine;
 use crate::memory::Part;
 use crate::state::{Cell, STATES, State, largest_of_each, sum_of};
-use core::ops::Range;
 use thurible_core::exec::device::{NotFinite, Place};
+use thurible_core::transport::KEEP;
 
 /// Steps whose Courant numbers come back together at most.
 const TOGETHER: usize = 512;
-/// What a stage keeps of rho; the rest is of the field that flows.
-const KEEP: [f64; 3] = [0.0, 0.75, 1.0 / 3.0];
+/// Keyframes whose data terms do.
+const COMPARED: usize = 512;
 
 impl State {
     /// Counts the sub-steps of every step.
@@ -19,14 +19,17 @@ impl State {
         let windows = v.windows(TOGETHER).map(|(first, count)| v.part(first, count));
         let [of_substep, most] = self.facts.courant;
         let mut substeps = Vec::with_capacity(self.facts.slots + 1);
-        for flows in core::iter::once(self.flow(0)).chain(windows) {
+        let mut given = Some(self.courant(machine, self.flow(0)));
+        for flows in windows {
             let range = self.courant(machine, flows);
             let sums = machine.sums();
-            for courant in largest_of_each(&sums, &range) {
-                if !(courant <= most) {
-                    return Err(NotFinite);
+            for range in given.take().into_iter().chain([range]) {
+                for courant in largest_of_each(&sums, &range) {
+                    if !(courant <= most) {
+                        return Err(NotFinite);
+                    }
+                    substeps.push(((courant / of_substep).ceil() as usize).max(1));
                 }
-                substeps.push(((courant / of_substep).ceil() as usize).max(1));
             }
         }
         if substeps.len() != self.facts.slots + 1 {
@@ -74,20 +77,28 @@ impl State {
         }
     }
 
-    /// Carries the density through all steps; begins the data term of each keyframe, with its weight.
-    pub fn carry_all(&self, machine: &mut Machine) -> Vec<(f64, Range<usize>)> {
+    /// Carries the density through all steps; the data term of where it goes.
+    pub fn carry_all(&self, machine: &mut Machine) -> f64 {
         for step in 0..=self.facts.slots {
             let count = self.substeps[step];
             self.carry(machine, step, count, self.density(step), self.density(step + 1));
         }
-        (0..self.facts.keyframes.len())
-            .map(|index| {
+        let all: Vec<usize> = (0..self.facts.keyframes.len()).collect();
+        let terms = all.chunks(COMPARED).map(|indices| {
+            let mut ranges = Vec::with_capacity(indices.len());
+            for &index in indices {
                 self.compare(machine, index);
                 let [error, image] = [Cell::Error, Cell::Image].map(|cell| self.cell(cell));
-                let weight = self.facts.keyframes[index].1;
-                (0.5 * weight, self.dot(machine, error, Some(image)))
-            })
-            .collect()
+                ranges.push(self.dot(machine, error, Some(image)));
+            }
+            let sums = machine.sums();
+            let weight = |index: usize| 0.5 * self.facts.keyframes[index].1;
+            let terms = indices.iter().zip(&ranges);
+            terms
+                .map(|(&index, range)| weight(index) * sum_of(&sums, range))
+                .sum::<f64>()
+        });
+        terms.sum()
     }
 
     /// e = R (rho - rho*) of a keyframe, and C e.
@@ -208,12 +219,4 @@ impl State {
         );
         back(None, Some(mu), of_a, rho, 1.0, [1.0, 1.0], false);
     }
-}
-
-/// The data term of what [`State::carry_all`] began.
-pub fn data(sums: &[f32], terms: &[(f64, Range<usize>)]) -> f64 {
-    terms
-        .iter()
-        .map(|(weight, range)| weight * sum_of(sums, range))
-        .sum()
 }

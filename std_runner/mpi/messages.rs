@@ -11,7 +11,7 @@ use thurible_core::exec::Ranks;
 /// The most bytes of a message: MPI counts in `int`.
 const MOST: usize = 1 << 30;
 
-/// The most bytes of a message of a sum or a maximum: of all products of L-BFGS at once, but less than that of any plane.
+/// The most bytes of a message of a sum or a maximum: of all products of L-BFGS with up to 8 pairs at once, and less than a plane of 24^3 cells.
 const NUMBERS: usize = 160;
 
 /// This rank among all that MPI started.

@@ -223,8 +223,11 @@ pub(super) fn iterate<T: Real, S: Space>(
         if let Some(status) = progress.status {
             return status;
         }
-        if settled.as_mut().is_some_and(|rule| rule.after_iteration(solver)) {
-            return Status::Converged;
+        if let Some(rule) = &mut settled {
+            solver.fetch(exec);
+            if rule.after_iteration(solver) {
+                return Status::Converged;
+            }
         }
         each(solver, watch);
     }
@@ -241,6 +244,7 @@ pub(super) fn show<T: Real + Sample, S: Space>(
     if let Some(live) = watch.page() {
         // What comes after the release is simulated in the end.
         let steps = problem.release.unwrap_or(problem.steps);
+        solver.fetch(exec);
         let mut frames = SolverFrames::new(solver, exec, problem);
         live.draw(&mut Held(&mut frames), first, steps);
     }

@@ -7,7 +7,7 @@ use crate::exit::{DONE, Failure};
 use crate::problem::Precision;
 use crate::region::{Region, touch};
 use crate::scene::Scene;
-use crate::{devices, plan, threads};
+use crate::{plan, threads};
 use core::mem::MaybeUninit;
 use thurible_core::exec::{Ranks, Together};
 use thurible_core::grid::Share;
@@ -50,16 +50,6 @@ impl Request {
         unshared(&self.scene)?;
         if self.from.is_some() {
             return Err(refusal(&self.scene, "a flow --from a result"));
-        }
-        Ok(())
-    }
-}
-
-impl Request {
-    /// Refuses what no device can do yet, beyond what its check refuses.
-    pub(crate) fn on_device(&self) -> Result<(), Failure> {
-        if self.scene.method.fluids.chosen {
-            return Err(devices::refusal(&self.scene, "solver stable_fluids"));
         }
         Ok(())
     }

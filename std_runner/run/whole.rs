@@ -112,7 +112,7 @@ impl Job {
                     if keeper.is_due(watch) {
                         let mut words = Words::default();
                         if so_far.record(&mut words, watch).is_ok() {
-                            solver.fetch(exec);
+                            solver.fetch_all(exec);
                             if self.device_failure().is_some() {
                                 return;
                             }

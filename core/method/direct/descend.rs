@@ -17,7 +17,14 @@ use crate::real::Real;
 use crate::transport::Stop;
 
 impl<T: Real, S: Space> Direct<'_, T, S> {
-    /// Takes the fields of L-BFGS back from a device that has them.
+    /// Takes the flow and its densities back from a device that has them.
+    pub(super) fn fetch_flow(&mut self, exec: &dyn Exec, script: &Script<'_, T>) {
+        if let (Some(device), Some(level)) = (exec.device(), self.there) {
+            There::new(device, &mut self.work(level, script)).read_flow();
+        }
+    }
+
+    /// Takes the fields of L-BFGS back too.
     pub(super) fn fetch_fields(&mut self, exec: &dyn Exec, script: &Script<'_, T>) {
         if let (Some(device), Some(level)) = (exec.device(), self.there) {
             There::new(device, &mut self.work(level, script)).read_fields();
@@ -47,9 +54,7 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
                 if !is_there {
                     there.begin(&descent);
                 }
-                let ended = descent.step::<T, S>(exec, observer, &mut there, tolerance, progress);
-                there.read_back();
-                ended?
+                descent.step::<T, S>(exec, observer, &mut there, tolerance, progress)?
             }
         };
         drop(work);

@@ -245,8 +245,11 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
         Ok(())
     }
 
-    fn fetch(&mut self, exec: &dyn Exec, script: &Script<'_, T>) {
-        self.fetch_fields(exec, script);
+    fn fetch(&mut self, exec: &dyn Exec, script: &Script<'_, T>, all: bool) {
+        self.fetch_flow(exec, script);
+        if all {
+            self.fetch_fields(exec, script);
+        }
     }
 
     /// One iteration, on the grid that the solve has come to.

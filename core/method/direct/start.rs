@@ -74,6 +74,7 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         observer: &mut dyn Observer,
         script: &Script<'_, T>,
     ) -> Result<(), Status> {
+        self.fetch_flow(exec, script);
         let setup = self.setup;
         let fine = self.level.unwrap_or(0).saturating_sub(1);
         let [slots, few] = [fine, fine + 1].map(|level| slots_on(&setup, level));
@@ -124,6 +125,7 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         while self.level.is_some_and(|level| level > 0) {
             self.ascend(exec, &mut Silent, script)?;
         }
+        self.fetch_flow(exec, script);
         self.begin_descent();
         let force = self.descent.newton.direction;
         let stepping = self.setup.flow.sweep.stepping;

@@ -12,6 +12,7 @@ use crate::force::time_line::TimeLine;
 use crate::grid::Grid;
 use crate::grid::spectrum::eigenvector_of;
 use crate::method::params::Params;
+use crate::objective::feasible::CLEAN;
 use crate::objective::flow::Evaluation;
 use crate::objective::sweep;
 use crate::observe::Observer;
@@ -39,6 +40,9 @@ pub(crate) fn room(problem: &Problem<'_>, params: &Params) -> Result<Room, &'sta
         .find(|feature| problem.asks_for(**feature) && !TAKEN.contains(feature))
     {
         return Err(feature.name());
+    }
+    if problem.is_shared() {
+        return Err("box that ranks share");
     }
     if problem.advection.scheme != Scheme::Limited {
         return Err("other advection than limited");
@@ -181,8 +185,8 @@ impl<'d, 'w, 'a, 'm, T: Real> There<'d, 'w, 'a, 'm, T> {
         }
     }
 
-    /// Takes the flow and its densities back, which others look at between iterations.
-    pub fn read_back(&mut self) {
+    /// Takes the flow and its densities back.
+    pub fn read_flow(&mut self) {
         let Shape { grid, slots } = self.work.shape();
         let Work { evaluation, v, .. } = &mut *self.work;
         read_slots(self.device, (grid, slots), v, &|slot, axis| {
@@ -254,7 +258,11 @@ impl<T: Real, S> Function<T, S> for There<'_, '_, '_, '_, T> {
         });
         let mut terms = core::iter::once(of_gradient).chain(of_pairs);
         self.device.form(newton.direction, &mut terms);
-        let left = self.device.clean(newton.direction);
+        let mut left = self.device.divergence(newton.direction);
+        if !(left[0] <= CLEAN) {
+            self.device.project(newton.direction);
+            [left[0], _] = self.device.divergence(newton.direction);
+        }
         Stop::heard(observer)?;
         Ok(if is_usable(left) { slope } else { f64::NAN })
     }

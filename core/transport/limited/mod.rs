@@ -37,8 +37,8 @@ pub const COURANT: f64 = 0.5;
 /// So many times longer sub-steps may be while a flow is searched: three stages are stable at Courant number 1, if not quite monotone.
 pub const LONGER: f64 = 2.0;
 
-/// What each stage keeps of rho; the rest is of the field that flows: rho, a and b.
-const KEEP: [f64; 3] = [0.0, 0.75, 1.0 / 3.0];
+/// What each stage of limited transport keeps of rho; the rest is of the field that flows: rho, a and b.
+pub const KEEP: [f64; 3] = [0.0, 0.75, 1.0 / 3.0];
 
 /// One sub-step.
 #[derive(Clone, Copy)]

@@ -36,15 +36,24 @@ var<workgroup> shared_sums: array<f32, 256>;
 // The sum of x y over `count` elements, or of x x (flag 0), a number for each group at `first` of `to`.
 @compute @workgroup_size(256)
 fn dot_all(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    // Pieces of 64 are added up first, so that rounding grows with their number and not with that of all elements.
+    var all_of_them = 0.0;
     var sum = 0.0;
+    var terms = 0u;
     for (var element = group.x * GROUP + local; element < u.count; element += groups.x * GROUP) {
         var factor = x[element];
         if !flag(0u) {
             factor = y[element];
         }
         sum += x[element] * factor;
+        terms++;
+        if terms == 64u {
+            all_of_them += sum;
+            sum = 0.0;
+            terms = 0u;
+        }
     }
-    shared_sums[local] = sum;
+    shared_sums[local] = all_of_them + sum;
     workgroupBarrier();
     for (var half = GROUP / 2u; half > 0u; half /= 2u) {
         if local < half {

@@ -1,7 +1,7 @@
 //! Each verb of a device beside the core's, from the same fields: odd numbers of cells, walls and rings, every price, sub-steps enough that not
 //! all of their states are kept.
 
-use super::device;
+use super::device as the_device;
 use core::mem::MaybeUninit;
 use thurible_core::exec::Device;
 use thurible_core::exec::device::Place;
@@ -20,6 +20,7 @@ use thurible_core::optimise::quasi_newton::fields;
 use thurible_core::optimise::quasi_newton::history::History;
 use thurible_core::optimise::quasi_newton::recursion::QuasiNewton;
 use thurible_core::{Advection, Boundary, D2, D3, Serial, Silent, Space};
+use thurible_gpu::Gpu;
 
 /// What two programs in f32 may differ by, in parts of the largest value of a field: transforms add up whole lines, some sub-steps a dozen
 /// stages.
@@ -83,11 +84,11 @@ const SLOTS: usize = 5;
 const FIELDS: usize = 6;
 
 /// Asserts that a field of the device is `here`, up to rounding.
-fn same(what: &str, places: impl Iterator<Item = (Place, Vec<f32>)>) {
+fn same(device: &Gpu, what: &str, places: impl Iterator<Item = (Place, Vec<f32>)>) {
     let (mut worst, mut largest) = (0.0f64, 0.0f64);
     for (place, here) in places {
         let mut there = vec![0.0; here.len()];
-        device().read(place, &mut |row, values| {
+        device.read(place, &mut |row, values| {
             there[row * values.len()..][..values.len()].copy_from_slice(values);
         });
         for (here, there) in here.iter().zip(&there) {
@@ -127,6 +128,7 @@ fn slots_of<'a>(
 }
 
 fn check<S: Space>(case: &Case) {
+    let device = the_device();
     println!("{:?} {:?}", case.cells, case.boundary);
     let grid = Grid::new(case.cells, case.boundary);
     let cells = grid.cells();
@@ -195,15 +197,15 @@ fn check<S: Space>(case: &Case) {
     };
     let mut pivots = [0.0; SLOTS];
     let line = TimeLine::new(1e-2, 1e-3, &mut pivots);
-    hand_over(device(), &evaluation, view(&v), line, FIELDS);
-    assert_eq!(device().failure(), None);
+    hand_over(&*device, &evaluation, view(&v), line, FIELDS);
+    assert_eq!(device.failure(), None);
 
     // The value: densities, the force, and the three sums.
     let (work, gradient) = (2, 3);
     let here = evaluation
         .value::<S>(&Serial, &mut Silent, view(&v), &mut fields[work], f64::INFINITY)
         .unwrap();
-    let [data, price, plain] = device().value(work).unwrap();
+    let [data, price, plain] = device.value(work).unwrap();
     close("data term", here.data, data, here.data);
     close("price", here.force, price, here.force);
     close("force squared", here.plain, plain, here.plain);
@@ -213,9 +215,10 @@ fn check<S: Space>(case: &Case) {
             evaluation.rho[step * cells..(step + 1) * cells].to_vec(),
         )
     });
-    same("densities", densities);
+    same(&device, "densities", densities);
     let field = |which: usize| move |slot: usize, axis: usize| Place::Field(which, slot, axis);
     same(
+        &device,
         "force",
         slots_of(&grid, fields[work].each_ref().map(|c| &**c), field(work)),
     );
@@ -227,8 +230,9 @@ fn check<S: Space>(case: &Case) {
         .gradient::<S>(&Serial, &mut Silent, view(&v), view(&force), &mut into)
         .unwrap();
     fields[gradient] = into;
-    device().gradient(work, gradient).unwrap();
+    device.gradient(work, gradient).unwrap();
     same(
+        &device,
         "gradient",
         slots_of(&grid, fields[gradient].each_ref().map(|c| &**c), field(gradient)),
     );
@@ -245,7 +249,7 @@ fn check<S: Space>(case: &Case) {
         (borrowed, None),
     );
     let mut products = Vec::new();
-    let with = device().arrive(
+    let with = device.arrive(
         gradient,
         work,
         None,
@@ -255,6 +259,7 @@ fn check<S: Space>(case: &Case) {
         },
     );
     same(
+        &device,
         "P g",
         slots_of(&grid, fields[work].each_ref().map(|c| &**c), field(work)),
     );
@@ -269,33 +274,38 @@ fn check<S: Space>(case: &Case) {
     close("<g, g>", square, products[0][0], square);
 
     // Sums of fields, a projection, and steps of the flow.
-    device().form(4, &mut [(0.5, gradient), (-2.0, work)].into_iter());
+    device.form(4, &mut [(0.5, gradient), (-2.0, work)].into_iter());
     let sum: [Vec<f32>; 3] = core::array::from_fn(|axis| {
         let pairs = fields[gradient][axis].iter().zip(&*fields[work][axis]);
         pairs.map(|(g, p)| 0.5 * g - 2.0 * p).collect()
     });
-    same("a sum", slots_of(&grid, view(&sum), field(4)));
+    same(&device, "a sum", slots_of(&grid, view(&sum), field(4)));
     let mut cleaned = sum.clone();
     let [_, speed] = evaluation
         .clean(&Serial, &mut Silent, &mut view_mut(&mut cleaned))
         .unwrap();
-    let [left, fastest] = device().clean(4);
+    device.project(4);
+    let [left, fastest] = device.divergence(4);
     close("max |d|", speed, fastest, speed);
     assert!(left < 1e-4, "{left}");
-    same("a clean direction", slots_of(&grid, view(&cleaned), field(4)));
-    device().advance(4, 0.25);
+    same(
+        &device,
+        "a clean direction",
+        slots_of(&grid, view(&cleaned), field(4)),
+    );
+    device.advance(4, 0.25);
     for (v, d) in v.iter_mut().zip(&cleaned) {
         v.iter_mut().zip(d).for_each(|(v, d)| *v += 0.25 * d);
     }
     let flow = |slot: usize, axis: usize| Place::Flow(slot + 1, axis);
-    same("a step", slots_of(&grid, view(&v), flow));
-    device().retreat(0.5);
+    same(&device, "a step", slots_of(&grid, view(&v), flow));
+    device.retreat(0.5);
     evaluation.retreat(&Serial, &mut view_mut(&mut v), 0.5);
-    same("half of the way back", slots_of(&grid, view(&v), flow));
-    device().retreat(0.0);
+    same(&device, "half of the way back", slots_of(&grid, view(&v), flow));
+    device.retreat(0.0);
     evaluation.retreat(&Serial, &mut view_mut(&mut v), 0.0);
-    same("all of it", slots_of(&grid, view(&v), flow));
-    assert_eq!(device().failure(), None);
+    same(&device, "all of it", slots_of(&grid, view(&v), flow));
+    assert_eq!(device.failure(), None);
 }
 
 use Boundary::{Periodic, Wall};
