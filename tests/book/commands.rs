@@ -39,8 +39,12 @@ const PAGES: [(&str, &str); 6] = [
 ];
 
 /// Commands in sentences that do not run, by what they begin with, and why.
-const SENTENCES: [(&str, &str); 23] = [
+const SENTENCES: [(&str, &str); 24] = [
     ("cargo test", "it is what runs this"),
+    (
+        "thurible solve scene.toml --device",
+        "the program of these tests has no graphics cards; `.ci/run gpu` solves on one",
+    ),
     (
         "cargo bench",
         "it measures for minutes; `.ci/run benches` compiles it",
