@@ -298,7 +298,9 @@ impl<'a> Record<'a> {
     fn put<T: Real>(&mut self, mut elements: &mut [T]) -> Result<(), Broken> {
         while !elements.is_empty() {
             let room = (HEAD - self.full) / T::BYTES;
-            let (now, later) = elements.split_at_mut(elements.len().min(room));
+            let next = elements.len().min(room);
+            let split = core::mem::take(&mut elements).split_at_mut_checked(next);
+            let (now, later) = split.ok_or(Broken::Damaged)?;
             let end = self.full + now.len() * T::BYTES;
             let places = self.block.get_mut(self.full..end).unwrap_or(&mut []);
             places
@@ -351,7 +353,8 @@ impl<'a> Record<'a> {
     fn take<T: Real>(&mut self, mut elements: &mut [T]) -> Result<(), Broken> {
         while !elements.is_empty() {
             let bytes = self.next(elements.len() * T::BYTES)?.chunks_exact(T::BYTES);
-            let (now, later) = elements.split_at_mut(bytes.len());
+            let split = core::mem::take(&mut elements).split_at_mut_checked(bytes.len());
+            let (now, later) = split.ok_or(Broken::Damaged)?;
             now.iter_mut()
                 .zip(bytes)
                 .for_each(|(element, bytes)| *element = T::read(bytes));
