@@ -1,6 +1,8 @@
 //! TIFF of one number a pixel in floating point or 32 bits, as mattes and depths are saved, which the crate `image` does not read; turned as
 //! its tag `Orientation` says.
 
+use image::metadata::Orientation;
+use image::{ImageBuffer, Luma, imageops};
 use std::io::Cursor;
 
 use tiff::ColorType;
@@ -32,16 +34,21 @@ pub(super) fn read(bytes: &[u8]) -> Result<Option<Pixels>, Fault> {
         return Ok(None);
     }
     let broken = |error| Fault::content(format!("cannot be read as TIFF ({error})"), "save it as PNG");
-    let (width, height) = decoder.dimensions().map_err(broken)?;
-    let (width, height) = (width as usize, height as usize);
+    let size = decoder.dimensions().map_err(broken)?;
+    let (width, height) = (size.0 as usize, size.1 as usize);
     let turn = decoder.find_tag_unsigned::<u16>(Tag::Orientation);
-    let turn = turn.ok().flatten().unwrap_or(1);
+    let turn = turn.ok().flatten().and_then(|turn| u8::try_from(turn).ok());
+    // What it does not know says nothing.
+    let turn = turn
+        .and_then(Orientation::from_exif)
+        .unwrap_or(Orientation::NoTransforms);
     // Each number as it is read, as it is kept, and where it is turned to.
-    let size = usize::from(bits) / 8 + size_of::<f32>() * if is_turned(turn) { 2 } else { 1 };
+    let each =
+        usize::from(bits) / 8 + size_of::<f32>() * if turn == Orientation::NoTransforms { 1 } else { 2 };
     check(
         width,
         height,
-        size.saturating_mul(width).saturating_mul(height),
+        each.saturating_mul(width).saturating_mul(height),
         bytes.len(),
     )?;
     let samples = match decoder.read_image().map_err(broken)? {
@@ -51,12 +58,13 @@ pub(super) fn read(bytes: &[u8]) -> Result<Option<Pixels>, Fault> {
         DecodingResult::U32(all) => all.into_iter().map(part).collect(),
         _ => return Err(Fault::content("has pixels of an unusual kind", "save it as PNG")),
     };
-    let ([width, height], samples) = turned([width, height], samples, turn);
+    let turned = turned(size.into(), samples, turn)
+        .ok_or_else(|| Fault::content("has fewer pixels than it says", "save it as PNG"))?;
     Ok(Some(Pixels {
-        width,
-        height,
+        width: turned.width() as usize,
+        height: turned.height() as usize,
         channels: 1,
-        samples: Samples::Real(samples),
+        samples: Samples::Real(turned.into_raw()),
         note: None,
     }))
 }
@@ -66,36 +74,25 @@ fn part(level: u32) -> f32 {
     (f64::from(level) / f64::from(u32::MAX)) as f32
 }
 
-/// Whether a value of the tag `Orientation` says that a picture is to be turned. What it does not know says nothing.
-fn is_turned(turn: u16) -> bool {
-    (2..=8).contains(&turn)
-}
-
-/// A picture turned as the tag says: 2 mirrors left and right, 3 both, 4 top and bottom; from 5 to 8 rows become columns, and 7 and 8 begin
-/// with the last of them, 6 and 7 with the last row (TIFF 6.0, Orientation).
-fn turned([width, height]: [usize; 2], samples: Vec<f32>, turn: u16) -> ([usize; 2], Vec<f32>) {
-    if !is_turned(turn) {
-        return ([width, height], samples);
+/// A picture as its tag says that it is to be turned, or nothing where it has not all of its pixels.
+fn turned(
+    [width, height]: [u32; 2],
+    samples: Vec<f32>,
+    turn: Orientation,
+) -> Option<ImageBuffer<Luma<f32>, Vec<f32>>> {
+    let picture = ImageBuffer::from_raw(width, height, samples)?;
+    let mut turned = match turn {
+        Orientation::NoTransforms | Orientation::FlipHorizontal | Orientation::FlipVertical => picture,
+        Orientation::Rotate90 | Orientation::Rotate90FlipH => imageops::rotate90(&picture),
+        Orientation::Rotate180 => imageops::rotate180(&picture),
+        Orientation::Rotate270 | Orientation::Rotate270FlipH => imageops::rotate270(&picture),
+    };
+    match turn {
+        Orientation::FlipHorizontal | Orientation::Rotate90FlipH | Orientation::Rotate270FlipH => {
+            imageops::flip_horizontal_in_place(&mut turned);
+        }
+        Orientation::FlipVertical => imageops::flip_vertical_in_place(&mut turned),
+        _ => {}
     }
-    let size = if turn >= 5 {
-        [height, width]
-    } else {
-        [width, height]
-    };
-    let stored = |x: usize, y: usize| {
-        let [x, y] = if turn >= 5 { [y, x] } else { [x, y] };
-        let x = if matches!(turn, 2 | 3 | 7 | 8) {
-            width - 1 - x
-        } else {
-            x
-        };
-        let y = if matches!(turn, 3 | 4 | 6 | 7) {
-            height - 1 - y
-        } else {
-            y
-        };
-        samples.get(y * width + x).copied().unwrap_or_default()
-    };
-    let rows = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y)));
-    (size, rows.map(|(x, y)| stored(x, y)).collect())
+    Some(turned)
 }
