@@ -158,7 +158,7 @@ pub(crate) fn check(
     device: &dyn Searching,
     scene: &Scene,
     planned: &Planned,
-) -> Result<Vec<(&'static str, u64)>, Failure> {
+) -> Result<Vec<(&'static str, usize)>, Failure> {
     let refuse = |what: &str| refusal(scene, what);
     if planned.precision != Precision::F32 {
         return Err(refuse("other precision than f32"));
@@ -168,7 +168,12 @@ pub(crate) fn check(
     }
     let room = room(&planned.problem.problem(), planned.plan.params()).map_err(refuse)?;
     let path = scene.document.path().display();
-    device
+    let lines = device
         .plan(&room)
-        .map_err(|why| Failure::Memory(format!("{path}: {why}")))
+        .map_err(|why| Failure::Memory(format!("{path}: {why}")))?;
+    let shown = |bytes: u64| usize::try_from(bytes).unwrap_or(usize::MAX);
+    Ok(lines
+        .into_iter()
+        .map(|(name, bytes)| (name, shown(bytes)))
+        .collect())
 }

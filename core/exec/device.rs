@@ -4,7 +4,6 @@
 //! row of the table in `docs/operators.md`. It computes in `f32`; fields are its own from [`Device::begin`] on, and come back where somebody
 //! asks for them. One search at a time is on a device: what is set, saved or solved by others meanwhile, it does not hear of.
 
-use super::{Exec, Ranks};
 use core::fmt::Debug;
 
 /// What the memory of a search on one grid follows from.
@@ -143,37 +142,4 @@ pub trait Device: Sync + Debug {
         pairs: &mut dyn Iterator<Item = [usize; 2]>,
         products: &mut dyn FnMut([f64; 2]),
     ) -> WithGradient;
-}
-
-/// The threads of a machine that has a device.
-#[derive(Clone, Copy)]
-pub struct Beside<'a> {
-    exec: &'a dyn Exec,
-    device: &'a dyn Device,
-}
-
-impl<'a> Beside<'a> {
-    /// The threads of `exec` beside `device`.
-    #[must_use]
-    pub fn new(exec: &'a dyn Exec, device: &'a dyn Device) -> Self {
-        Self { exec, device }
-    }
-}
-
-impl Exec for Beside<'_> {
-    fn threads(&self) -> usize {
-        self.exec.threads()
-    }
-
-    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) {
-        self.exec.run(tasks, task);
-    }
-
-    fn ranks(&self) -> &dyn Ranks {
-        self.exec.ranks()
-    }
-
-    fn device(&self) -> Option<&dyn Device> {
-        Some(self.device)
-    }
 }

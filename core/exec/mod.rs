@@ -11,6 +11,7 @@
 //! | `pool` | threads that stay awake: [`WorkerPool`] |
 //! | `ranks` | programs that share one solve: [`Ranks`] |
 //! | `device` | a machine with a memory of its own: [`Device`] |
+//! | `together` | threads with ranks or a device beside them: [`Together`] |
 #![allow(unsafe_code)]
 
 mod capped;
@@ -23,15 +24,17 @@ pub mod ranks;
 mod rows;
 mod schedule;
 mod slabs;
+mod together;
 mod waves;
 
 pub use capped::Capped;
-pub use device::{Beside, Device};
+pub use device::Device;
 #[cfg(target_has_atomic = "64")]
 pub use pool::{Worker, WorkerPool};
-pub use ranks::{Alone, Ranks, Together};
+pub use ranks::{Alone, Ranks};
 pub use rows::{Planes, RowBuffers, RowTask, RunTask, for_rows, for_rows_across, for_runs, for_uneven};
 pub use slabs::{Slabs, for_slabs, join};
+pub use together::Together;
 pub use waves::for_every_other;
 
 /// Runs independent tasks, in any order and on any threads.

@@ -4,7 +4,6 @@
 //! [value told](tell) to all, the [largest](joined) of all, and a [sum that goes on from rank to rank](in_order), which has the bits of the sum of one
 //! program. A program alone has no other to ask: [`Alone`].
 
-use super::Exec;
 use crate::memory::part::REACH;
 use crate::memory::{Held, Plain};
 use core::fmt::Debug;
@@ -37,35 +36,6 @@ impl Ranks for Alone {
     }
 
     fn swap(&self, _: Option<usize>, _: &[u8], _: Option<usize>, _: &mut [u8]) {}
-}
-
-/// The threads of one rank, which know of the others.
-#[derive(Clone, Copy)]
-pub struct Together<'a> {
-    exec: &'a dyn Exec,
-    ranks: &'a dyn Ranks,
-}
-
-impl<'a> Together<'a> {
-    /// The threads of `exec` in the rank that `ranks` see.
-    #[must_use]
-    pub fn new(exec: &'a dyn Exec, ranks: &'a dyn Ranks) -> Self {
-        Self { exec, ranks }
-    }
-}
-
-impl Exec for Together<'_> {
-    fn threads(&self) -> usize {
-        self.exec.threads()
-    }
-
-    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) {
-        self.exec.run(tasks, task);
-    }
-
-    fn ranks(&self) -> &dyn Ranks {
-        self.ranks
-    }
 }
 
 /// [`Ranks::swap`] of numbers; what is empty is not sent.

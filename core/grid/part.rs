@@ -95,9 +95,7 @@ impl Grid {
         };
         part.of(part.share.rank).start as isize - part.own().start as isize
     }
-}
 
-impl Grid {
     /// Which value along an axis of the whole box value `i` of this grid is.
     #[must_use]
     pub fn in_whole(&self, axis: usize, i: usize) -> usize {

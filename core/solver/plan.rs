@@ -6,7 +6,7 @@ use crate::exec::device::Room;
 use crate::grid::Space;
 use crate::memory::{ALIGN, Arena, Entry, Layout, Ledger, Sharing};
 use crate::method::contract::Size;
-use crate::method::direct::there;
+use crate::method::direct::room;
 use crate::method::params::{Method, Params};
 use crate::method::refusal::PlanError;
 use crate::method::registry::{self, Engine};
@@ -132,7 +132,7 @@ pub fn room(problem: &Problem<'_>, params: &Params) -> Result<Room, &'static str
     if params.method != Method::Direct {
         return Err("other method than direct");
     }
-    there::room(&registry::resolved(problem, params).controlled(), params)
+    room::room(&registry::resolved(problem, params).controlled(), params)
 }
 
 fn check<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<(), PlanError> {

@@ -3,6 +3,7 @@
 use crate::console::print;
 use crate::devices;
 use crate::exit::{DONE, Failure};
+use crate::progress::{Display, Mode};
 use clap::Args;
 use serde_json::json;
 
@@ -19,10 +20,8 @@ pub fn run(arguments: &DevicesArguments) -> Result<u8, Failure> {
     let all = devices::list()?;
     for listed in &all {
         if arguments.json {
-            print(
-                &json!({ "event": "device", "name": listed.name, "software": listed.is_software })
-                    .to_string(),
-            );
+            let fields = json!({ "name": listed.name, "software": listed.is_software });
+            Display::new(Mode::Json, 0).event("device", fields);
         } else if listed.is_software {
             print(&format!(
                 "{} (a program on the processors that plays a card: right, and slow)",

@@ -82,7 +82,7 @@ pub fn run(arguments: &PlanArguments) -> Result<u8, Failure> {
 /// Prints what the search on the finest grid takes of a device.
 fn plan_device(device: &dyn Searching, scene: &Scene, planned: &Planned, mode: Mode) -> Result<u8, Failure> {
     let lines = devices::check(device, scene, planned)?;
-    let all: u64 = lines.iter().map(|(_, bytes)| bytes).sum();
+    let all: usize = lines.iter().map(|(_, bytes)| bytes).sum();
     match mode {
         Mode::Human => {
             print(&format!(
@@ -90,12 +90,8 @@ fn plan_device(device: &dyn Searching, scene: &Scene, planned: &Planned, mode: M
                 scene.document.path().display(),
                 device.name()
             ));
-            for (name, bytes) in lines.into_iter().chain([("in all", all)]) {
-                print(&format!(
-                    "{:>18}  {name}",
-                    grouped(usize::try_from(bytes).unwrap_or(usize::MAX))
-                ));
-            }
+            let lines = lines.iter().map(|&(name, bytes)| (name, bytes, 0));
+            print_ledger(lines, all, ", of the device's own memory");
         }
         Mode::Json => {
             let each = lines

@@ -118,24 +118,15 @@ impl Device for Gpu {
 
     fn write(&self, place: Place, row: &mut dyn FnMut(usize, &mut [f32])) {
         self.with((), |state, machine| {
-            let mut numbers = vec![0.0; state.count()];
-            for (index, values) in numbers.chunks_exact_mut(state.facts.cells[0]).enumerate() {
-                row(index, values);
-            }
-            machine.write(state.place(place), &numbers);
+            let (rows, mut values) = state.rows();
+            machine.write(&state.place(place), rows, &mut values, row);
         });
     }
 
     fn read(&self, place: Place, row: &mut dyn FnMut(usize, &[f32])) {
         self.with((), |state, machine| {
-            let numbers = machine.read(state.place(place), state.count());
-            // What was there before is better than nothing.
-            if machine.failure().is_some() {
-                return;
-            }
-            for (index, values) in numbers.chunks_exact(state.facts.cells[0]).enumerate() {
-                row(index, values);
-            }
+            let (rows, mut values) = state.rows();
+            machine.read(&state.place(place), rows, &mut values, row);
         });
     }
 
@@ -151,7 +142,7 @@ impl Device for Gpu {
 
     fn project(&self, field: usize) {
         self.with((), |state, machine| {
-            state.project(machine, &state.fields[field], 1);
+            state.project(machine, &state.fields[field]);
         });
     }
 

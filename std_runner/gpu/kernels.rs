@@ -3,7 +3,7 @@
 use wgpu::{
     BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry, BindingType, BufferBindingType,
     ComputePipeline, ComputePipelineDescriptor, Device, PipelineCompilationOptions, PipelineLayoutDescriptor,
-    ShaderModuleDescriptor, ShaderSource, ShaderStages,
+    ShaderModule, ShaderModuleDescriptor, ShaderRuntimeChecks, ShaderSource, ShaderStages,
 };
 
 /// Elements that a group of a kernel takes.
@@ -40,69 +40,46 @@ const FILES: [File; 4] = [
     },
 ];
 
-/// A kernel: an entry of one of the files in `kernels`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kernel {
-    Add,
-    Multiply,
-    DotAll,
-    Largest,
-    Force,
-    ForceBack,
-    Price,
-    Divergence,
-    SubtractGradient,
-    Transform,
-    Invert,
-    FilterAll,
-    Carry,
-    CarryBack,
-    Courant,
+/// Defines the kernels: each with the number of its file, and the name of its entry there.
+macro_rules! kernels {
+    ($($kernel:ident: $file:literal, $entry:literal;)+) => {
+        /// A kernel: an entry of one of the files in `kernels`.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Kernel {
+            $($kernel,)+
+        }
+
+        /// File and entry of each, at its number.
+        const PLACES: &[(usize, &str)] = &[$(($file, $entry),)+];
+    };
+}
+
+kernels! {
+    Add: 0, "add";
+    Multiply: 0, "multiply";
+    DotAll: 0, "dot_all";
+    Largest: 0, "largest";
+    Force: 1, "force";
+    ForceBack: 1, "force_back";
+    Price: 1, "price";
+    Divergence: 2, "divergence";
+    SubtractGradient: 2, "subtract_gradient";
+    Transform: 2, "transform";
+    Invert: 2, "invert";
+    FilterAll: 2, "filter_all";
+    Carry: 3, "carry";
+    CarryBack: 3, "carry_back";
+    Courant: 3, "courant";
 }
 
 impl Kernel {
-    const ALL: [Self; 15] = [
-        Self::Add,
-        Self::Multiply,
-        Self::DotAll,
-        Self::Largest,
-        Self::Force,
-        Self::ForceBack,
-        Self::Price,
-        Self::Divergence,
-        Self::SubtractGradient,
-        Self::Transform,
-        Self::Invert,
-        Self::FilterAll,
-        Self::Carry,
-        Self::CarryBack,
-        Self::Courant,
-    ];
-
-    /// Its file, and the name of its entry there.
-    const fn place(self) -> (usize, &'static str) {
-        match self {
-            Self::Add => (0, "add"),
-            Self::Multiply => (0, "multiply"),
-            Self::DotAll => (0, "dot_all"),
-            Self::Largest => (0, "largest"),
-            Self::Force => (1, "force"),
-            Self::ForceBack => (1, "force_back"),
-            Self::Price => (1, "price"),
-            Self::Divergence => (2, "divergence"),
-            Self::SubtractGradient => (2, "subtract_gradient"),
-            Self::Transform => (2, "transform"),
-            Self::Invert => (2, "invert"),
-            Self::FilterAll => (2, "filter_all"),
-            Self::Carry => (3, "carry"),
-            Self::CarryBack => (3, "carry_back"),
-            Self::Courant => (3, "courant"),
-        }
+    const fn file(self) -> usize {
+        PLACES[self as usize].0
     }
 
     /// Buffers that it binds.
     pub const fn buffers(self) -> usize {
-        FILES[self.place().0].buffers as usize
+        FILES[self.file()].buffers as usize
     }
 }
 
@@ -160,28 +137,37 @@ impl Numbers {
     }
 }
 
-/// All kernels, compiled.
+/// All kernels, compiled for boxes of so many axes.
 #[derive(Debug)]
 pub struct Kernels {
+    dims: usize,
     pipelines: Vec<ComputePipeline>,
     layouts: Vec<BindGroupLayout>,
 }
 
 impl Kernels {
-    /// Compiles them for a device.
+    /// None of them yet.
     pub fn new(device: &Device) -> Self {
-        let layouts = FILES.each_ref().map(|file| layout(device, file.buffers));
+        Self {
+            dims: 0,
+            pipelines: Vec::new(),
+            layouts: FILES.iter().map(|file| layout(device, file.buffers)).collect(),
+        }
+    }
+
+    /// Compiles them for boxes of so many axes, unless they are.
+    pub fn compile(&mut self, device: &Device, dims: usize) {
+        if self.dims == dims {
+            return;
+        }
         let modules = FILES.each_ref().map(|file| {
-            device.create_shader_module(ShaderModuleDescriptor {
-                label: Some(file.name),
-                source: ShaderSource::Wgsl(format!("{COMMON}\n{}", file.text).into()),
-            })
+            let text = format!("const DIMS: u32 = {dims}u;\n{COMMON}\n{}", file.text);
+            module(device, file.name, text)
         });
-        let pipelines = Kernel::ALL.map(|kernel| {
-            let (file, entry) = kernel.place();
+        let pipelines = PLACES.iter().map(|&(file, entry)| {
             let layout = device.create_pipeline_layout(&PipelineLayoutDescriptor {
                 label: Some(entry),
-                bind_group_layouts: &[Some(&layouts[file])],
+                bind_group_layouts: &[Some(&self.layouts[file])],
                 immediate_size: NUMBERS as u32,
             });
             device.create_compute_pipeline(&ComputePipelineDescriptor {
@@ -189,14 +175,15 @@ impl Kernels {
                 layout: Some(&layout),
                 module: &modules[file],
                 entry_point: Some(entry),
-                compilation_options: PipelineCompilationOptions::default(),
+                compilation_options: PipelineCompilationOptions {
+                    // They write what they read of it.
+                    zero_initialize_workgroup_memory: false,
+                    ..PipelineCompilationOptions::default()
+                },
                 cache: None,
             })
         });
-        Self {
-            pipelines: pipelines.into(),
-            layouts: layouts.into(),
-        }
+        (self.pipelines, self.dims) = (pipelines.collect(), dims);
     }
 
     /// One of them.
@@ -206,8 +193,25 @@ impl Kernels {
 
     /// What its buffers are bound by.
     pub fn layout(&self, kernel: Kernel) -> &BindGroupLayout {
-        &self.layouts[kernel.place().0]
+        &self.layouts[kernel.file()]
     }
+}
+
+/// A file of kernels, with the bounds of buffers checked, and without counters in its loops, which would not be compiled to straight code.
+#[allow(unsafe_code, reason = "wgpu has no safe way to leave counters out")]
+fn module(device: &Device, name: &str, text: String) -> ShaderModule {
+    let described = ShaderModuleDescriptor {
+        label: Some(name),
+        source: ShaderSource::Wgsl(text.into()),
+    };
+    let checks = ShaderRuntimeChecks {
+        force_loop_bounding: false,
+        int_div_checks: false,
+        ..ShaderRuntimeChecks::checked()
+    };
+    // SAFETY: the texts are those of FILES alone. Every loop there counts up to a number of terms, elements or axes, or halves a number down to
+    // 0, so none is endless. Divisors are 1, 2, 16, 64, the axes, and numbers of cells, groups and tiles, of which there is 1 at least.
+    unsafe { device.create_shader_module_trusted(described, checks) }
 }
 
 fn layout(device: &Device, buffers: u32) -> BindGroupLayout {

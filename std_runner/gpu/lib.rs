@@ -7,7 +7,8 @@
 //! | `kernels`, `kernels/*.wgsl` | the kernels |
 //! | `memory` | fields on a device, planned to the byte |
 //! | `machine` | a device that is open: what is run on it, and what comes back |
-//! | `state` | what a search has there; projection, metric, sums |
+//! | `state` | what a search has there, and its sums |
+//! | `spectral` | projection and metric |
 //! | `transport` | densities along the flow, forward and back |
 //! | `search` | the verbs of the direct method |
 
@@ -16,6 +17,7 @@ mod kernels;
 mod machine;
 mod memory;
 mod search;
+mod spectral;
 mod state;
 mod transport;
 

@@ -2,6 +2,7 @@
 
 use crate::kernels::{GROUP, Kernel, Kernels, NUMBERS, Numbers};
 use crate::memory::{Field, Part, Size};
+use core::num::NonZeroU64;
 use pollster::block_on;
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use wgpu::{
@@ -13,11 +14,12 @@ use wgpu::{
 /// Groups in a row of a dispatch at most.
 const ROW: u64 = 32768;
 /// Dispatches that wait at most before they are handed over.
-const WAITING: usize = 1024;
-/// Groups of a sum over all elements: as many numbers come back.
-pub const PARTIAL: usize = 256;
+const WAITING: usize = 256;
+/// Groups of a sum at most, and elements for each of their invocations before there are more groups. As many numbers come back as groups.
+const PARTIAL: usize = 1024;
+const PIECE: usize = 16;
 /// Sums that may come back together.
-const SUMS: usize = 1 << 18;
+const SUMS: usize = 1 << 20;
 /// Bytes that are written at most before the device takes them: until then they are held twice.
 const STAGED: u64 = 1 << 26;
 
@@ -109,6 +111,11 @@ impl Machine {
         }
     }
 
+    /// Compiles the kernels for boxes of so many axes, unless they are.
+    pub fn compile(&mut self, dims: usize) {
+        self.kernels.compile(&self.device, dims);
+    }
+
     /// Its limits.
     pub fn limits(&self) -> &Limits {
         &self.limits
@@ -132,12 +139,34 @@ impl Machine {
         refused.is_none().then_some(fields)
     }
 
-    /// Writes numbers into a part from its beginning.
-    pub fn write(&mut self, part: Part, numbers: &[f32]) {
+    /// Writes `rows` rows of numbers into a part from its beginning, each as long as `values` and as `row` fills them in.
+    pub fn write(
+        &mut self,
+        part: &Part,
+        rows: usize,
+        values: &mut [f32],
+        row: &mut dyn FnMut(usize, &mut [f32]),
+    ) {
         self.flush();
-        let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
-        self.queue.write_buffer(&part.buffer, part.offset, &bytes);
-        self.staged += bytes.len() as u64;
+        let of_row = size_of_val(values);
+        let bytes = (rows * of_row) as u64;
+        let Some(size) = NonZeroU64::new(bytes) else {
+            return;
+        };
+        let Some(mut to) = self.queue.write_buffer_with(&part.buffer, part.offset, size) else {
+            return self.fail("there is no room for what is written".into());
+        };
+        let mut words = vec![0; of_row];
+        for index in 0..rows {
+            row(index, values);
+            for (word, value) in words.chunks_exact_mut(4).zip(&*values) {
+                word.copy_from_slice(&value.to_le_bytes());
+            }
+            to.slice(index * of_row..(index + 1) * of_row)
+                .copy_from_slice(&words);
+        }
+        drop(to);
+        self.staged += bytes;
         if self.staged >= STAGED {
             self.queue.submit([]);
             if self.device.poll(PollType::wait_indefinitely()).is_err() {
@@ -147,8 +176,8 @@ impl Machine {
         }
     }
 
-    /// Reads the first `count` numbers of a part; not finite ones where the device failed.
-    pub fn read(&mut self, part: Part, count: usize) -> Vec<f32> {
+    /// Reads `rows` rows from the beginning of a part, each as long as `values`; none where the device failed.
+    pub fn read(&mut self, part: &Part, rows: usize, values: &mut [f32], row: &mut dyn FnMut(usize, &[f32])) {
         let staging = self.device.create_buffer(&BufferDescriptor {
             label: Some("to be read"),
             size: part.bytes,
@@ -156,11 +185,18 @@ impl Machine {
             mapped_at_creation: false,
         });
         self.flush();
-        self.read_by(&staging, part, count)
+        self.read_by(&staging, part, rows, values, row);
     }
 
-    fn read_by(&self, staging: &Buffer, part: Part, count: usize) -> Vec<f32> {
-        let bytes = (count * 4) as u64;
+    fn read_by(
+        &self,
+        staging: &Buffer,
+        part: &Part,
+        rows: usize,
+        values: &mut [f32],
+        row: &mut dyn FnMut(usize, &[f32]),
+    ) {
+        let bytes = (rows * size_of_val(values)) as u64;
         let mut encoder = self
             .device
             .create_command_encoder(&CommandEncoderDescriptor::default());
@@ -176,14 +212,16 @@ impl Machine {
             .then(|| staging.get_mapped_range(0..bytes).ok())
             .flatten();
         let Some(view) = view else {
-            self.fail("its numbers could not be read back".into());
-            return vec![f32::NAN; count];
+            return self.fail("its numbers could not be read back".into());
         };
-        let word = |bytes: &[u8]| bytes.try_into().map_or(f32::NAN, f32::from_le_bytes);
-        let numbers = view.chunks_exact(4).map(word).collect();
+        for (index, words) in view.chunks_exact(size_of_val(values)).enumerate() {
+            for (value, word) in values.iter_mut().zip(words.chunks_exact(4)) {
+                *value = word.try_into().map_or(f32::NAN, f32::from_le_bytes);
+            }
+            row(index, values);
+        }
         drop(view);
         staging.unmap();
-        numbers
     }
 
     /// Hands over what waits.
@@ -208,7 +246,11 @@ impl Machine {
 
     /// One kernel for so many elements; parts that it does not read are left out.
     pub fn run(&mut self, kernel: Kernel, parts: &[Option<Part>], numbers: &Numbers, elements: usize) {
-        let groups = (elements as u64).div_ceil(GROUP);
+        self.run_groups(kernel, parts, numbers, (elements as u64).div_ceil(GROUP));
+    }
+
+    /// One kernel by so many groups.
+    pub fn run_groups(&mut self, kernel: Kernel, parts: &[Option<Part>], numbers: &Numbers, groups: u64) {
         let rows = groups.div_ceil(ROW).max(1);
         let groups = [groups.div_ceil(rows) as u32, rows as u32];
         self.dispatch(kernel, parts, numbers, groups);
@@ -224,7 +266,7 @@ impl Machine {
                     resource: BindingResource::Buffer(BufferBinding {
                         buffer: &part.buffer,
                         offset: part.offset,
-                        size: core::num::NonZeroU64::new(part.bytes),
+                        size: NonZeroU64::new(part.bytes),
                     }),
                 }
             })
@@ -245,16 +287,18 @@ impl Machine {
         }
     }
 
-    /// A kernel that leaves numbers for each of [`PARTIAL`] groups, in each of `rows` rows; where they will be among [`Self::sums`].
+    /// A kernel that leaves a number for each of its groups in each of `rows` rows of so many elements; where they will be among
+    /// [`Self::sums`], row by row.
     pub fn reduce(
         &mut self,
         kernel: Kernel,
         parts: [Option<Part>; 5],
         numbers: Numbers,
-        rows: usize,
+        (rows, elements): (usize, usize),
     ) -> core::ops::Range<usize> {
+        let groups = elements.div_ceil(GROUP as usize * PIECE).clamp(1, PARTIAL);
         let begin = self.taken;
-        self.taken += rows * PARTIAL;
+        self.taken += rows * groups;
         if self.taken > SUMS {
             self.fail("more sums than there is room for".into());
             return SUMS..SUMS + 1;
@@ -265,18 +309,21 @@ impl Machine {
         };
         let [a, b, c, d, e] = parts;
         let sums = Some(self.sums.step(0));
-        let groups = [PARTIAL as u32, rows as u32];
+        let groups = [groups as u32, rows as u32];
         self.dispatch(kernel, &[sums, a, b, c, d, e], &numbers, groups);
         begin..self.taken
     }
 
-    /// All that [`Self::reduce`] left since the last time.
+    /// All that [`Self::reduce`] left since the last time; not finite ones where the device failed.
     pub fn sums(&mut self) -> Vec<f32> {
         self.flush();
         let count = core::mem::take(&mut self.taken).min(SUMS);
-        if count == 0 {
-            return Vec::new();
+        let mut sums = vec![f32::NAN; count];
+        if count > 0 {
+            let mut came = vec![0.0; count];
+            let all = |_: usize, values: &[f32]| sums.copy_from_slice(values);
+            self.read_by(&self.staging, &self.sums.step(0), 1, &mut came, &mut { all });
         }
-        self.read_by(&self.staging, self.sums.step(0), count)
+        sums
     }
 }

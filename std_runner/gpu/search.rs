@@ -7,8 +7,10 @@ use crate::state::{State, sum_of};
 use core::ops::Range;
 use thurible_core::exec::device::{NotFinite, Stride, WithGradient};
 
-/// Passes of a projection: after two of them what is left is rounding.
+/// Passes of a projection of a gradient at most: after two of them what is left is rounding.
 const PASSES: usize = 2;
+/// One pass is enough where max |div| h / max |x| is below this afterwards.
+const CLEAN: f64 = 1e-5;
 /// What is not finite comes back as 1e30.
 const FINITE: f64 = 1e29;
 
@@ -19,7 +21,7 @@ impl State {
             a: self.facts.viscosity as f32,
             ..self.numbers()
         };
-        for slot in 0..self.facts.slots {
+        for slot in 0..self.facts.room.slots {
             let parts = [
                 Some(w.step(slot)),
                 Some(self.flow(slot + 1)),
@@ -49,7 +51,7 @@ impl State {
     /// The force's price and its plain square, begun.
     fn price(&self, machine: &mut Machine, w: &Field) -> [Range<usize>; 2] {
         let plain = self.dot_fields(machine, w, None);
-        if !self.facts.weighs {
+        if !self.facts.room.weighs {
             return [plain.clone(), plain];
         }
         self.combine(machine, &self.priced, [1.0, 1.0, 0.0], w, None);
@@ -65,7 +67,7 @@ impl State {
         let data = self.carry_all(machine);
         let w = &self.fields[force];
         self.accelerate(machine, w);
-        self.project(machine, w, PASSES);
+        self.project(machine, w);
         let [price, plain] = self.price(machine, w);
         let sums = machine.sums();
         let weight = 0.5 * self.facts.force_weight;
@@ -75,14 +77,14 @@ impl State {
 
     /// See [`Device::gradient`](thurible_core::exec::Device::gradient).
     pub fn gradient(&self, machine: &mut Machine, force: usize, into: usize) -> Result<(), NotFinite> {
-        let z = if self.facts.weighs {
+        let z = if self.facts.room.weighs {
             &self.priced
         } else {
             &self.fields[force]
         };
         let out = &self.fields[into];
-        for slot in 0..self.facts.slots {
-            let after = (slot + 1 < self.facts.slots).then(|| z.step(slot + 1));
+        for slot in 0..self.facts.room.slots {
+            let after = (slot + 1 < self.facts.room.slots).then(|| z.step(slot + 1));
             let base = self.numbers();
             let numbers = Numbers {
                 a: self.facts.viscosity as f32,
@@ -98,13 +100,17 @@ impl State {
             machine.run(Kernel::ForceBack, &parts, &numbers, out.numbers());
         }
         self.go_back(machine, into);
-        self.project(machine, out, PASSES);
-        let [divergence, largest] = self.measure(machine, out);
-        if divergence < FINITE && largest < FINITE {
-            Ok(())
-        } else {
-            Err(NotFinite)
+        for _ in 0..PASSES {
+            self.project(machine, out);
+            let [divergence, largest] = self.relative_divergence(machine, into);
+            if !largest.is_finite() {
+                return Err(NotFinite);
+            }
+            if divergence <= CLEAN {
+                break;
+            }
         }
+        Ok(())
     }
 
     /// Field `into` = the sum of `factor` times a field each.
@@ -135,7 +141,7 @@ impl State {
 
     /// v = v_0 + keep (v - v_0).
     pub fn retreat(&self, machine: &mut Machine, keep: f64) {
-        for slot in 0..self.facts.slots {
+        for slot in 0..self.facts.room.slots {
             self.add(
                 machine,
                 self.flow(slot + 1),

@@ -1,7 +1,7 @@
 //! What a search has on a device, and the verbs that are one kernel or a few.
 
 use crate::kernels::{FLAGS, Kernel, Numbers};
-use crate::machine::{Machine, PARTIAL};
+use crate::machine::Machine;
 use crate::memory::{Field, Part, Plan, Size, apart};
 use core::ops::Range;
 use thurible_core::exec::device::{Place, Room, Search};
@@ -9,8 +9,6 @@ use wgpu::Limits;
 
 /// Slots that are projected together at most.
 const BATCH: usize = 16;
-/// Windows of so many slots whose largest numbers come back together at most.
-const MEASURED: usize = 128;
 /// States of the sub-steps of a step that are kept on the way back; others are computed again.
 pub const STATES: usize = 8;
 
@@ -29,21 +27,17 @@ pub enum Cell {
 
 const CELLS: usize = 8;
 
-/// Which axes are rings, and how many there are, as kernels are told.
+/// Which axes are rings, as kernels are told.
 fn flags(search: &Search<'_>) -> u32 {
     let rings = search.rings.iter().enumerate();
-    let rings = rings.fold(0, |bits, (axis, &ring)| bits | (u32::from(ring) << axis));
-    rings | ((search.room.dims as u32) << 4)
+    rings.fold(0, |bits, (axis, &ring)| bits | (u32::from(ring) << axis))
 }
 
 /// The numbers of a search that stay as they are.
 #[derive(Debug)]
 pub struct Facts {
-    pub dims: usize,
-    pub cells: [usize; 3],
+    pub room: Room,
     pub inverse: [f64; 3],
-    pub slots: usize,
-    pub weighs: bool,
     pub viscosity: f64,
     pub force_weight: f64,
     pub smoothing: f64,
@@ -54,8 +48,6 @@ pub struct Facts {
     pub courant: [f64; 2],
     pub negligible: f64,
     pub keyframes: Vec<(usize, f64)>,
-    pub regions: bool,
-    pub filters: usize,
     pub identity: f64,
     flags: u32,
 }
@@ -64,11 +56,8 @@ impl Facts {
     fn new(search: &Search<'_>) -> Self {
         let (room, factor) = (search.room, search.factor);
         Self {
-            dims: room.dims,
-            cells: room.cells,
+            room,
             inverse: search.inverse,
-            slots: room.slots,
-            weighs: room.weighs,
             viscosity: search.viscosity,
             force_weight: search.force_weight,
             smoothing: search.smoothing,
@@ -79,15 +68,13 @@ impl Facts {
             courant: search.courant,
             negligible: search.negligible,
             keyframes: (0..).map_while(|index| (search.keyframe)(index)).collect(),
-            regions: room.regions,
-            filters: room.filters,
             identity: search.identity,
             flags: flags(search),
         }
     }
 
     fn count(&self) -> usize {
-        self.cells.iter().product()
+        self.room.cells.iter().product()
     }
 }
 
@@ -128,8 +115,8 @@ pub struct State {
     regions: Field,
     gradient: Field,
     cells: Field,
-    potentials: [Field; 2],
-    table: Field,
+    pub potentials: [Field; 2],
+    pub table: Field,
     pub priced: Field,
     pub fields: Vec<Field>,
     /// Sub-steps of each step of the flow that was carried last.
@@ -142,6 +129,7 @@ impl State {
         let facts = Facts::new(search);
         let plan = plan(machine.limits(), &search.room);
         plan.check(machine.limits(), most)?;
+        machine.compile(search.room.dims);
         let none = || plan.refusal("the device has not so much left");
         let mut fields = machine.fields(plan.sizes()).ok_or_else(none)?.into_iter();
         let mut next = || fields.next().ok_or_else(none);
@@ -161,8 +149,9 @@ impl State {
             facts,
         };
         state.fields = fields.collect();
-        let table = state.numbers_of_axes(search);
-        machine.write(state.table.step(0), &table);
+        let mut table = state.numbers_of_axes(search);
+        let part = state.table.step(0);
+        machine.write(&part, 1, &mut table, &mut |_, _| {});
         Ok(state)
     }
 
@@ -186,20 +175,10 @@ impl State {
         table
     }
 
-    /// Where the matrix of an axis begins in the table.
-    fn matrix(&self, axis: usize) -> usize {
-        self.facts.cells.iter().take(axis).map(|n| n * n).sum()
-    }
-
-    /// Where the eigenvalues do.
-    fn eigenvalues(&self) -> usize {
-        self.matrix(self.facts.dims)
-    }
-
     /// The numbers that every dispatch is given.
     pub fn numbers(&self) -> Numbers {
         Numbers {
-            n: self.facts.cells.map(|n| n as u32),
+            n: self.facts.room.cells.map(|n| n as u32),
             apart: self.apart() as u32,
             inverse: self.facts.inverse.map(|x| x as f32),
             flags: self.facts.flags,
@@ -215,6 +194,12 @@ impl State {
     /// Cells of the box.
     pub fn count(&self) -> usize {
         self.facts.count()
+    }
+
+    /// Rows of a field of cells, and room for one.
+    pub fn rows(&self) -> (usize, Vec<f32>) {
+        let [x, y, z] = self.facts.room.cells;
+        (y * z, vec![0.0; x])
     }
 
     /// The field at a place.
@@ -303,7 +288,8 @@ impl State {
             flags: base.flags | (u32::from(y.is_none()) << FLAGS),
             ..base
         };
-        machine.reduce(Kernel::DotAll, [Some(x), y, None, None, None], numbers, 1)
+        let elements = (1, numbers.count as usize);
+        machine.reduce(Kernel::DotAll, [Some(x), y, None, None, None], numbers, elements)
     }
 
     /// [`Self::dot`] of whole fields.
@@ -322,138 +308,20 @@ impl State {
             count: (x.bytes / 4) as u32,
             ..self.numbers()
         };
-        machine.reduce(Kernel::Largest, [Some(x), None, None, None, None], numbers, 1)
+        let elements = (1, numbers.count as usize);
+        machine.reduce(
+            Kernel::Largest,
+            [Some(x), None, None, None, None],
+            numbers,
+            elements,
+        )
     }
 
-    /// One field of cells after the other, along an axis times its matrix or its transpose.
-    fn transform(
-        &self,
-        machine: &mut Machine,
-        [out, from]: [Part; 2],
-        axis: usize,
-        back: bool,
-        fields: usize,
-    ) {
-        let base = self.numbers();
-        let numbers = Numbers {
-            axis: axis as u32,
-            first: self.matrix(axis) as u32,
-            count: fields as u32,
-            flags: base.flags | (u32::from(back) << FLAGS),
-            ..base
-        };
-        let parts = [Some(out), Some(from), Some(self.table.step(0))];
-        machine.run(Kernel::Transform, &parts, &numbers, fields * self.apart());
-    }
-
-    /// `fields` fields in `parts[0]` become what `kernel` makes of their coefficients, by way of `parts[1]`.
-    fn multiply_coefficients(
-        &self,
-        machine: &mut Machine,
-        parts: &[Part; 2],
-        (kernel, numbers): (Kernel, Numbers),
-        fields: usize,
-    ) {
-        let [mut now, mut next] = parts.clone();
-        for axis in 0..self.facts.dims {
-            self.transform(machine, [next.clone(), now.clone()], axis, false, fields);
-            core::mem::swap(&mut now, &mut next);
-        }
-        let table = Some(self.table.step(0));
-        let bound = [Some(now.clone()), None, table];
-        machine.run(kernel, &bound, &numbers, fields * self.apart());
-        for axis in (0..self.facts.dims).rev() {
-            self.transform(machine, [next.clone(), now.clone()], axis, true, fields);
-            core::mem::swap(&mut now, &mut next);
-        }
-    }
-
-    /// `out` = C e, by way of a field of work.
-    pub fn blur(&self, machine: &mut Machine, e: &Part, out: &Part) {
-        self.add(machine, out.clone(), [0.0, 1.0], Some(e.clone()));
-        let lines: usize = self.facts.cells.iter().take(self.facts.dims).sum();
-        let numbers = Numbers {
-            a: self.facts.identity as f32,
-            first: (self.eigenvalues() + lines) as u32,
-            second: self.facts.filters as u32,
-            ..self.numbers()
-        };
-        if self.facts.filters == 0 {
-            return self.add(machine, out.clone(), [self.facts.identity, 0.0], None);
-        }
-        let parts = [out.clone(), self.cell(Cell::Work)];
-        self.multiply_coefficients(machine, &parts, (Kernel::FilterAll, numbers), 1);
-    }
-
-    /// div of `count` slots of a field from `first` on, in the potentials.
-    fn divergence(&self, machine: &mut Machine, field: &Field, (first, count): (usize, usize)) {
-        let numbers = Numbers {
-            count: count as u32,
-            ..self.numbers()
-        };
-        let parts = [
-            Some(self.potentials[0].part(0, count)),
-            Some(field.part(first, count)),
-        ];
-        machine.run(Kernel::Divergence, &parts, &numbers, count * self.apart());
-    }
-
-    /// Projects all slots of a field, `passes` times: each starts from the divergence that is left.
-    pub fn project(&self, machine: &mut Machine, field: &Field, passes: usize) {
-        let d = self.facts.dims;
-        for (first, count) in field.windows(self.potentials[0].steps()) {
-            let numbers = Numbers {
-                count: count as u32,
-                ..self.numbers()
-            };
-            for _ in 0..passes {
-                self.divergence(machine, field, (first, count));
-                let parts = self.potentials.each_ref().map(|field| field.part(0, count));
-                let invert = Numbers {
-                    first: self.eigenvalues() as u32,
-                    ..numbers
-                };
-                self.multiply_coefficients(machine, &parts, (Kernel::Invert, invert), count);
-                let [potentials, _] = parts;
-                let bound = [Some(field.part(first, count)), Some(potentials)];
-                machine.run(
-                    Kernel::SubtractGradient,
-                    &bound,
-                    &numbers,
-                    count * d * self.apart(),
-                );
-            }
-        }
-    }
-
-    /// max |div| of a field, and max |x|; 1e30 where that is not finite.
-    pub fn measure(&self, machine: &mut Machine, field: &Field) -> [f64; 2] {
-        let windows: Vec<_> = field.windows(self.potentials[0].steps()).collect();
-        let mut found = [0.0, 0.0];
-        for windows in windows.chunks(MEASURED) {
-            let mut ranges = Vec::with_capacity(windows.len());
-            for &(first, count) in windows {
-                self.divergence(machine, field, (first, count));
-                ranges.push([
-                    self.largest(machine, self.potentials[0].part(0, count)),
-                    self.largest(machine, field.part(first, count)),
-                ]);
-            }
-            let sums = machine.sums();
-            for ranges in &ranges {
-                for (most, range) in found.iter_mut().zip(ranges) {
-                    *most = worse(*most, largest_of(&sums, range));
-                }
-            }
-        }
-        found
-    }
-
-    /// Begins the Courant numbers of the steps of some flows; [`PARTIAL`] numbers for each.
+    /// Begins the Courant numbers of the steps of some flows, the same count of numbers for each.
     pub fn courant(&self, machine: &mut Machine, flows: Part) -> Range<usize> {
-        let steps = (flows.bytes / 4) as usize / (self.facts.dims * self.apart());
+        let steps = (flows.bytes / 4) as usize / (self.facts.room.dims * self.apart());
         let parts = [None, None, None, None, Some(flows)];
-        machine.reduce(Kernel::Courant, parts, self.numbers(), steps)
+        machine.reduce(Kernel::Courant, parts, self.numbers(), (steps, self.count()))
     }
 }
 
@@ -464,7 +332,7 @@ pub fn sum_of(sums: &[f32], range: &Range<usize>) -> f64 {
 }
 
 /// The larger of two numbers, or what is none.
-fn worse(most: f64, next: f64) -> f64 {
+pub fn worse(most: f64, next: f64) -> f64 {
     if next > most || next.is_nan() { next } else { most }
 }
 
@@ -474,9 +342,13 @@ pub fn largest_of(sums: &[f32], range: &Range<usize>) -> f64 {
     sums.iter().map(|&sum| f64::from(sum)).fold(0.0, worse)
 }
 
-/// The largest of every [`PARTIAL`] of them.
-pub fn largest_of_each<'s>(sums: &'s [f32], range: &Range<usize>) -> impl Iterator<Item = f64> + 's {
+/// The largest of each of so many rows of them.
+pub fn largest_of_rows<'s>(
+    sums: &'s [f32],
+    range: &Range<usize>,
+    rows: usize,
+) -> impl Iterator<Item = f64> + 's {
     let sums = sums.get(range.clone()).unwrap_or(&[]);
-    sums.chunks(PARTIAL)
+    sums.chunks((sums.len() / rows.max(1)).max(1))
         .map(|part| largest_of(part, &(0..part.len())))
 }

@@ -3,7 +3,7 @@
 use crate::kernels::{FLAGS, Kernel, Numbers};
 use crate::machine::Machine;
 use crate::memory::Part;
-use crate::state::{Cell, STATES, State, largest_of_each, sum_of};
+use crate::state::{Cell, STATES, State, largest_of_rows, sum_of};
 use thurible_core::exec::device::{NotFinite, Place};
 use thurible_core::transport::KEEP;
 
@@ -16,15 +16,14 @@ impl State {
     /// Counts the sub-steps of every step.
     pub fn count_substeps(&mut self, machine: &mut Machine) -> Result<(), NotFinite> {
         let v = self.velocity();
-        let windows = v.windows(TOGETHER).map(|(first, count)| v.part(first, count));
         let [of_substep, most] = self.facts.courant;
-        let mut substeps = Vec::with_capacity(self.facts.slots + 1);
-        let mut given = Some(self.courant(machine, self.flow(0)));
-        for flows in windows {
-            let range = self.courant(machine, flows);
+        let mut substeps = Vec::with_capacity(self.facts.room.slots + 1);
+        let mut given = Some((self.courant(machine, self.flow(0)), 1));
+        for (first, count) in v.windows(TOGETHER) {
+            let range = self.courant(machine, v.part(first, count));
             let sums = machine.sums();
-            for range in given.take().into_iter().chain([range]) {
-                for courant in largest_of_each(&sums, &range) {
+            for (range, rows) in given.take().into_iter().chain([(range, count)]) {
+                for courant in largest_of_rows(&sums, &range, rows) {
                     if !(courant <= most) {
                         return Err(NotFinite);
                     }
@@ -32,7 +31,7 @@ impl State {
                 }
             }
         }
-        if substeps.len() != self.facts.slots + 1 {
+        if substeps.len() != self.facts.room.slots + 1 {
             return Err(NotFinite);
         }
         self.substeps = substeps;
@@ -79,7 +78,7 @@ impl State {
 
     /// Carries the density through all steps; the data term of where it goes.
     pub fn carry_all(&self, machine: &mut Machine) -> f64 {
-        for step in 0..=self.facts.slots {
+        for step in 0..=self.facts.room.slots {
             let count = self.substeps[step];
             self.carry(machine, step, count, self.density(step), self.density(step + 1));
         }
@@ -112,7 +111,7 @@ impl State {
             [1.0, -1.0],
             Some(self.place(Place::Target(index))),
         );
-        if self.facts.regions {
+        if self.facts.room.regions {
             self.multiply(machine, error.clone(), self.place(Place::Region(index)));
         }
         self.blur(machine, &error, &image);
@@ -122,11 +121,11 @@ impl State {
     pub fn go_back(&self, machine: &mut Machine, out: usize) {
         let (mu, image) = (self.cell(Cell::Mu), self.cell(Cell::Image));
         self.add(machine, mu.clone(), [0.0, 0.0], None);
-        for step in (1..=self.facts.slots).rev() {
+        for step in (1..=self.facts.room.slots).rev() {
             let keyframes = self.facts.keyframes.iter();
             if let Some(index) = keyframes.clone().position(|(at, _)| *at == step + 1) {
                 self.compare(machine, index);
-                if self.facts.regions {
+                if self.facts.room.regions {
                     self.multiply(machine, image.clone(), self.place(Place::Region(index)));
                 }
                 let weight = self.facts.keyframes[index].1;

@@ -18,7 +18,7 @@ use crate::report::{self, RunRecord};
 use crate::{bytes, threads};
 use core::mem::MaybeUninit;
 use std::path::Path;
-use thurible_core::exec::Beside;
+use thurible_core::exec::Together;
 use thurible_core::{D2, D3, Exec, Named, Real, Solver, Space, Status};
 
 /// A given v_0 that projection changes by more than this is worth a warning.
@@ -148,7 +148,7 @@ impl Job {
         touch(block);
         let solved = threads::together(self.planned.params.threads, |exec| {
             self.among_ranks(exec, |exec| match self.options.device {
-                Some(device) => self.dispatch(&Beside::new(exec, device), block),
+                Some(device) => self.dispatch(&Together::beside(exec, device), block),
                 None => self.dispatch(exec, block),
             })
         })?;

@@ -43,11 +43,12 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         let tolerance = self.tolerance_on(level);
         let descent = core::mem::replace(&mut self.descent, Descent::new(self.setup.history));
         let is_there = self.there == Some(level);
-        self.there = exec.device().map(|_| level);
+        let device = exec.device().filter(|_| self.goes_there);
+        self.there = device.map(|_| level);
         let mut work = self.work(level, script);
         let exec = &Capped::new(exec, work.evaluation.setup.sweep.threads);
         (progress.cells, progress.level) = (work.shape().grid.n, level);
-        let (descent, outcome) = match exec.device() {
+        let (descent, outcome) = match device {
             None => descent.step::<T, S>(exec, observer, &mut work, tolerance, progress)?,
             Some(device) => {
                 let mut there = There::new(device, &mut work);

@@ -13,6 +13,7 @@ mod descend;
 mod kept;
 mod level;
 pub mod params;
+pub mod room;
 mod setup;
 mod sizes;
 mod start;
@@ -55,6 +56,8 @@ pub struct Direct<'m, T, S> {
     threads: Threads,
     /// The grid that is worked on, or `None` before the first iteration.
     level: Option<usize>,
+    /// Whether a device can search it.
+    goes_there: bool,
     /// The grid that a device has the fields of, if any has.
     there: Option<usize>,
     descent: Descent,
@@ -95,6 +98,8 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
             rest: &mut [],
             pivots: &mut [],
             level: None,
+            // A device computes in single precision.
+            goes_there: T::BYTES == size_of::<f32>() && room::room(problem, params).is_ok(),
             there: None,
             descent: Descent::new(setup.history),
             iteration: 0,

@@ -1,9 +1,9 @@
 //! One grid of the search on a device, which has the fields.
 
-use super::setup::Setup;
+use super::room::room_of;
 use super::work::{Work, is_usable};
 use crate::exec::Exec;
-use crate::exec::device::{Device, NotFinite, Place, Room, Search, Stride};
+use crate::exec::device::{Device, NotFinite, Place, Search, Stride};
 use crate::field::slot::Slot;
 use crate::field::trajectory::Shape;
 use crate::field::{Vector, VectorMut, rows, view};
@@ -11,7 +11,6 @@ use crate::force::price;
 use crate::force::time_line::TimeLine;
 use crate::grid::Grid;
 use crate::grid::spectrum::eigenvector_of;
-use crate::method::params::Params;
 use crate::objective::feasible::CLEAN;
 use crate::objective::flow::Evaluation;
 use crate::objective::sweep;
@@ -19,49 +18,9 @@ use crate::observe::Observer;
 use crate::optimise::descent::{Descent, Function};
 use crate::optimise::quasi_newton::history::Kept;
 use crate::optimise::quasi_newton::recursion::{Borrowed, GradientProducts, Products, QuasiNewton};
-use crate::problem::{Feature, Problem, Scheme};
 use crate::progress::Objective;
 use crate::real::Real;
 use crate::transport::{MAX_SUBSTEPS, Stop, negligible};
-use crate::words::Named;
-
-/// What a device takes of what a problem may ask for; the release comes after the search.
-const TAKEN: [Feature; 4] = [
-    Feature::Smoothness,
-    Feature::Schedule,
-    Feature::Regions,
-    Feature::Release,
-];
-
-/// How large the search of a problem on the finest grid is, or what of the problem a device cannot do yet, in a word.
-pub(crate) fn room(problem: &Problem<'_>, params: &Params) -> Result<Room, &'static str> {
-    if let Some(feature) = Feature::ALL
-        .iter()
-        .find(|feature| problem.asks_for(**feature) && !TAKEN.contains(feature))
-    {
-        return Err(feature.name());
-    }
-    if problem.is_shared() {
-        return Err("box that ranks share");
-    }
-    if problem.advection.scheme != Scheme::Limited {
-        return Err("other advection than limited");
-    }
-    let setup = Setup::new(problem, params);
-    if setup.history.halves() {
-        return Err("pairs in half the bytes");
-    }
-    Ok(Room {
-        dims: setup.grid.dims,
-        cells: setup.grid.n,
-        slots: setup.flow.sweep.slots,
-        fields: setup.history.fields(),
-        keyframes: problem.keyframes.len(),
-        regions: problem.asks_for(Feature::Regions),
-        weighs: setup.flow.weighs(),
-        filters: setup.flow.sweep.metric.filters,
-    })
-}
 
 /// Hands a flow `v` to a device, and all that an `evaluation` of it follows from; L-BFGS has so many `fields`, and begins with the `line`.
 pub fn hand_over<T: Real>(
@@ -86,16 +45,7 @@ pub fn hand_over<T: Real>(
     let wanted = |index: usize| script.wanted(index, grid.cells());
     let has_regions = (0..script.keyframes()).any(|index| !wanted(index).region.is_empty());
     device.begin(&Search {
-        room: Room {
-            dims: grid.dims,
-            cells: grid.n,
-            slots,
-            fields,
-            keyframes: script.keyframes(),
-            regions: has_regions,
-            weighs: setup.weighs(),
-            filters: metric.filters,
-        },
+        room: room_of(grid, setup, fields, script.keyframes(), has_regions),
         inverse: grid.h.map(|h| 1.0 / h),
         rings: core::array::from_fn(|axis| grid.axis(axis).is_ring()),
         viscosity: setup.viscosity,

@@ -1,7 +1,8 @@
 // What all kernels share: the numbers of a dispatch, and who is beside whom.
 //
 // A buffer holds fields of cells one after the other, `apart` numbers each, of which the first `cells` count, x fastest. A step of faces is
-// a field for each axis. Face i of an axis is the low side of cell i; on a wall it is 0.
+// a field for each axis. Face i of an axis is the low side of cell i; on a wall it is 0. Before this file stands `const DIMS`, the axes: a driver
+// compiles loops over a constant number of them to straight code.
 
 struct Numbers {
     // Cells along x, y, z; numbers between fields.
@@ -14,7 +15,7 @@ struct Numbers {
     c: f32,
     // Numbers in all, or fields where a kernel says so.
     count: u32,
-    // Bits 0, 1, 2: which axes are rings. Bits 4, 5: the axes. Bits 8 and on: what the kernel is to do.
+    // Bits 0, 1, 2: which axes are rings. Bits 8 and on: what the kernel is to do.
     flags: u32,
     axis: u32,
     first: u32,
@@ -25,10 +26,6 @@ struct Numbers {
 var<immediate> u: Numbers;
 
 const GROUP: u32 = 256u;
-
-fn dims() -> u32 {
-    return (u.flags >> 4u) & 3u;
-}
 
 fn flag(bit: u32) -> bool {
     return ((u.flags >> (8u + bit)) & 1u) != 0u;
@@ -55,40 +52,103 @@ fn cells() -> u32 {
     return u.n.x * u.n.y * u.n.z;
 }
 
-fn at(cell: u32, axis: u32) -> u32 {
-    return (cell / stride(axis)) % along(axis);
+// The number of this group among all of a dispatch.
+fn group_number(group: vec3<u32>, groups: vec3<u32>) -> u32 {
+    return group.y * groups.x + group.x;
 }
 
 // The number of this invocation among all of a dispatch.
 fn number(group: vec3<u32>, groups: vec3<u32>, local: u32) -> u32 {
-    return (group.y * groups.x + group.x) * GROUP + local;
+    return group_number(group, groups) * GROUP + local;
+}
+
+// A cell, and where it is. Where it is, is divided out once: a card has no fast division of whole numbers.
+struct Site {
+    cell: u32,
+    place: vec3<u32>,
+}
+
+fn site(cell: u32) -> Site {
+    let row = cell / u.n.x;
+    let x = cell - row * u.n.x;
+    if DIMS == 2u {
+        return Site(cell, vec3<u32>(x, row, 0u));
+    }
+    let z = row / u.n.y;
+    return Site(cell, vec3<u32>(x, row - z * u.n.y, z));
+}
+
+fn at(here: Site, axis: u32) -> u32 {
+    return select(select(here.place.z, here.place.y, axis == 1u), here.place.x, axis == 0u);
 }
 
 // Whether the low face of a cell along an axis is on a wall.
-fn on_wall(cell: u32, axis: u32) -> bool {
-    return !is_ring(axis) && at(cell, axis) == 0u;
+fn on_wall(here: Site, axis: u32) -> bool {
+    return !is_ring(axis) && at(here, axis) == 0u;
 }
 
 // Whether there is a cell above along an axis.
-fn has_above(cell: u32, axis: u32) -> bool {
-    return is_ring(axis) || at(cell, axis) + 1u < along(axis);
+fn has_above(here: Site, axis: u32) -> bool {
+    return is_ring(axis) || at(here, axis) + 1u < along(axis);
 }
 
-// The cell at an offset along an axis; behind a wall the last one before it.
-fn beside(cell: u32, axis: u32, offset: i32) -> u32 {
+// Where an offset along an axis leads, of no more cells than there are: round a ring, and behind a wall to the last cell before it.
+fn led(here: Site, axis: u32, offset: i32) -> i32 {
     let n = i32(along(axis));
-    let here = i32(at(cell, axis));
-    var there = here + offset;
+    let there = i32(at(here, axis)) + offset;
     if is_ring(axis) {
-        there = ((there % n) + n) % n;
-    } else {
-        there = clamp(there, 0, n - 1);
+        return there + select(0, n, there < 0) - select(0, n, there >= n);
     }
-    return u32(i32(cell) + (there - here) * i32(stride(axis)));
+    return clamp(there, 0, n - 1);
+}
+
+// The cell at an offset along an axis.
+fn beside(here: Site, axis: u32, offset: i32) -> u32 {
+    return u32(i32(here.cell) + (led(here, axis, offset) - i32(at(here, axis))) * i32(stride(axis)));
+}
+
+// The same, with where it is.
+fn moved(here: Site, axis: u32, offset: i32) -> Site {
+    let there = u32(led(here, axis, offset));
+    let is_axis = vec3<bool>(axis == 0u, axis == 1u, axis == 2u);
+    return Site(beside(here, axis, offset), select(here.place, vec3<u32>(there), is_axis));
 }
 
 // Whether the face at an offset along an axis is neither on a wall nor behind it.
-fn flows(cell: u32, axis: u32, offset: i32) -> bool {
-    let there = i32(at(cell, axis)) + offset;
+fn flows(here: Site, axis: u32, offset: i32) -> bool {
+    let there = i32(at(here, axis)) + offset;
     return is_ring(axis) || (there > 0 && there < i32(along(axis)));
+}
+
+var<workgroup> of_group: array<f32, 256>;
+
+// The largest of what the invocations of a group have. All of them ask.
+fn largest_in_group(own: f32, local: u32) -> f32 {
+    of_group[local] = own;
+    workgroupBarrier();
+    for (var half = GROUP / 2u; half > 0u; half /= 2u) {
+        if local < half {
+            of_group[local] = max(of_group[local], of_group[local + half]);
+        }
+        workgroupBarrier();
+    }
+    return of_group[0];
+}
+
+// Their sum, in a fixed order.
+fn sum_in_group(own: f32, local: u32) -> f32 {
+    of_group[local] = own;
+    workgroupBarrier();
+    for (var half = GROUP / 2u; half > 0u; half /= 2u) {
+        if local < half {
+            of_group[local] = of_group[local] + of_group[local + half];
+        }
+        workgroupBarrier();
+    }
+    return of_group[0];
+}
+
+// A size that is compared with others: 1e30 where it is none.
+fn sized(size: f32) -> f32 {
+    return select(1e30, size, size < 1e30);
 }

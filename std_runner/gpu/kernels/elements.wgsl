@@ -31,8 +31,6 @@ fn multiply(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gr
     to[element] = to[element] * x[element];
 }
 
-var<workgroup> shared_sums: array<f32, 256>;
-
 // The sum of x y over `count` elements, or of x x (flag 0), a number for each group at `first` of `to`.
 @compute @workgroup_size(256)
 fn dot_all(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -53,16 +51,9 @@ fn dot_all(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
             terms = 0u;
         }
     }
-    shared_sums[local] = all_of_them + sum;
-    workgroupBarrier();
-    for (var half = GROUP / 2u; half > 0u; half /= 2u) {
-        if local < half {
-            shared_sums[local] = shared_sums[local] + shared_sums[local + half];
-        }
-        workgroupBarrier();
-    }
+    let total = sum_in_group(all_of_them + sum, local);
     if local == 0u {
-        to[u.first + group.x] = shared_sums[0];
+        to[u.first + group.x] = total;
     }
 }
 
@@ -71,18 +62,10 @@ fn dot_all(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
 fn largest(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     var most = 0.0;
     for (var element = group.x * GROUP + local; element < u.count; element += groups.x * GROUP) {
-        let size = abs(x[element]);
-        most = max(most, select(1e30, size, size < 1e30));
+        most = max(most, sized(abs(x[element])));
     }
-    shared_sums[local] = most;
-    workgroupBarrier();
-    for (var half = GROUP / 2u; half > 0u; half /= 2u) {
-        if local < half {
-            shared_sums[local] = max(shared_sums[local], shared_sums[local + half]);
-        }
-        workgroupBarrier();
-    }
+    let largest_of_all = largest_in_group(most, local);
     if local == 0u {
-        to[u.first + group.x] = shared_sums[0];
+        to[u.first + group.x] = largest_of_all;
     }
 }

@@ -9,12 +9,12 @@
 @group(0) @binding(3) var<storage, read_write> other: array<f32>;
 
 // The faces A-, A+, B-, B+ of the plaquette of a cell.
-fn corners(a: u32, b: u32, cell: u32) -> vec4<u32> {
-    return vec4<u32>(a * u.apart + beside(cell, b, -1), a * u.apart + cell, b * u.apart + beside(cell, a, -1), b * u.apart + cell);
+fn corners(a: u32, b: u32, here: Site) -> vec4<u32> {
+    return vec4<u32>(a * u.apart + beside(here, b, -1), a * u.apart + here.cell, b * u.apart + beside(here, a, -1), b * u.apart + here.cell);
 }
 
-fn is_dead(a: u32, b: u32, cell: u32) -> bool {
-    return on_wall(cell, a) || on_wall(cell, b);
+fn is_dead(a: u32, b: u32, here: Site) -> bool {
+    return on_wall(here, a) || on_wall(here, b);
 }
 
 fn omega(q: vec4<f32>, a: u32, b: u32) -> f32 {
@@ -30,11 +30,11 @@ fn of_w(at: vec4<u32>) -> vec4<f32> {
 }
 
 // What the plaquette of a cell does to its face A+ (sign -1) or A- (sign 1): Adv(v) + nu C^T C v. `a` is nu.
-fn advection(a: u32, b: u32, cell: u32, sign: f32) -> f32 {
-    if is_dead(a, b, cell) {
+fn advection(a: u32, b: u32, here: Site, sign: f32) -> f32 {
+    if is_dead(a, b, here) {
         return 0.0;
     }
-    let q = of_v(corners(a, b, cell), 0u);
+    let q = of_v(corners(a, b, here), 0u);
     let curl = omega(q, a, b);
     return -(curl * 0.5 * (q.z + q.w) * 0.5) + sign * u.a * curl * inverse_of(b);
 }
@@ -45,27 +45,28 @@ fn force(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
     let element = number(group, groups, local);
     let a = element / u.apart;
     let cell = element % u.apart;
-    if a >= dims() || cell >= cells() {
+    if a >= DIMS || cell >= cells() {
         return;
     }
+    let here = site(cell);
     var sum = v[element] - w[element];
-    for (var b = 0u; b < dims(); b++) {
+    for (var b = 0u; b < DIMS; b++) {
         if b == a {
             continue;
         }
-        sum += advection(a, b, cell, -1.0);
-        if has_above(cell, b) {
-            sum += advection(a, b, beside(cell, b, 1), 1.0);
+        sum += advection(a, b, here, -1.0);
+        if has_above(here, b) {
+            sum += advection(a, b, moved(here, b, 1), 1.0);
         }
     }
     to[element] = sum;
 }
 
-fn transposed(a: u32, b: u32, cell: u32, sign: f32) -> f32 {
-    if is_dead(a, b, cell) {
+fn transposed(a: u32, b: u32, here: Site, sign: f32) -> f32 {
+    if is_dead(a, b, here) {
         return 0.0;
     }
-    let at = corners(a, b, cell);
+    let at = corners(a, b, here);
     let q = of_v(at, 0u);
     let m = of_w(at);
     let curl = omega(q, a, b);
@@ -81,51 +82,53 @@ fn force_back(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
     let element = number(group, groups, local);
     let a = element / u.apart;
     let cell = element % u.apart;
-    if a >= dims() || cell >= cells() {
+    if a >= DIMS || cell >= cells() {
         return;
     }
+    let here = site(cell);
     var sum = w[element];
     if !flag(0u) {
         sum -= other[element];
     }
-    for (var b = 0u; b < dims(); b++) {
+    for (var b = 0u; b < DIMS; b++) {
         if b == a {
             continue;
         }
-        sum += transposed(a, b, cell, -1.0);
-        if has_above(cell, b) {
-            sum += transposed(a, b, beside(cell, b, 1), 1.0);
+        sum += transposed(a, b, here, -1.0);
+        if has_above(here, b) {
+            sum += transposed(a, b, moved(here, b, 1), 1.0);
         }
     }
     to[element] = sum;
 }
 
-fn drag(a: u32, b: u32, cell: u32, sign: f32, begin: u32) -> f32 {
-    if is_dead(a, b, cell) {
+fn drag(a: u32, b: u32, here: Site, sign: f32, begin: u32) -> f32 {
+    if is_dead(a, b, here) {
         return 0.0;
     }
-    return sign * u.b * omega(of_v(corners(a, b, cell), begin), a, b) * inverse_of(b);
+    return sign * u.b * omega(of_v(corners(a, b, here), begin), a, b) * inverse_of(b);
 }
 
 // to = a v + b C^T C v + c w, at `count` steps.
 @compute @workgroup_size(256)
 fn price(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let element = number(group, groups, local);
-    let step = element / (u.apart * dims());
-    let begin = step * u.apart * dims();
+    let step = element / (u.apart * DIMS);
+    let begin = step * u.apart * DIMS;
     let a = (element - begin) / u.apart;
     let cell = element % u.apart;
     if step >= u.count || cell >= cells() {
         return;
     }
+    let here = site(cell);
     var sum = u.a * v[element];
-    for (var b = 0u; b < dims(); b++) {
+    for (var b = 0u; b < DIMS; b++) {
         if b == a {
             continue;
         }
-        sum += drag(a, b, cell, -1.0, begin);
-        if has_above(cell, b) {
-            sum += drag(a, b, beside(cell, b, 1), 1.0, begin);
+        sum += drag(a, b, here, -1.0, begin);
+        if has_above(here, b) {
+            sum += drag(a, b, moved(here, b, 1), 1.0, begin);
         }
     }
     if u.c != 0.0 {

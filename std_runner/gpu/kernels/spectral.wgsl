@@ -13,12 +13,13 @@ fn divergence(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
     if step >= u.count || cell >= cells() {
         return;
     }
+    let here = site(cell);
     var sum = 0.0;
-    for (var axis = 0u; axis < dims(); axis++) {
-        let base = (step * dims() + axis) * u.apart;
+    for (var axis = 0u; axis < DIMS; axis++) {
+        let base = (step * DIMS + axis) * u.apart;
         var high = 0.0;
-        if flows(cell, axis, 1) {
-            high = source[base + beside(cell, axis, 1)];
+        if flows(here, axis, 1) {
+            high = source[base + beside(here, axis, 1)];
         }
         sum += (high - source[base + cell]) * inverse_of(axis);
     }
@@ -29,37 +30,97 @@ fn divergence(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
 @compute @workgroup_size(256)
 fn subtract_gradient(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let element = number(group, groups, local);
-    let step = element / (u.apart * dims());
-    let axis = (element / u.apart) % dims();
+    let step = element / (u.apart * DIMS);
+    let axis = (element / u.apart) % DIMS;
     let cell = element % u.apart;
-    if step >= u.count || cell >= cells() || on_wall(cell, axis) {
+    if step >= u.count || cell >= cells() {
+        return;
+    }
+    let here = site(cell);
+    if on_wall(here, axis) {
         return;
     }
     let base = step * u.apart;
-    to[element] = to[element] - (source[base + cell] - source[base + beside(cell, axis, -1)]) * inverse_of(axis);
+    to[element] = to[element] - (source[base + cell] - source[base + beside(here, axis, -1)]) * inverse_of(axis);
 }
 
-// to = M source along `axis`, in `count` fields; flag 0: M^T source. The matrix begins at `first` of the table, by rows.
+// Sides of the tiles of a product with a matrix: 64 x 64 numbers of the result for each group, by 16 terms at a time. Rows of a tile are a
+// little longer, so that those who write a column of it write to banks of their own.
+const SIDE: u32 = 64u;
+const TERMS: u32 = 16u;
+const LONG: u32 = 68u;
+
+var<workgroup> of_matrix: array<f32, 1088>;
+var<workgroup> of_source: array<f32, 1088>;
+
+// to = M source along `axis`, in `count` fields; flag 0: M^T source. The matrix begins at `first` of the table, by rows. Lines of fields along
+// the axis are columns: all lines of a field along x and along z, those of a plane of z along y. A group makes a tile of rows and columns,
+// an invocation 4 x 4 numbers of it, 16 apart.
 @compute @workgroup_size(256)
 fn transform(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let element = number(group, groups, local);
-    let cell = element % u.apart;
-    if element / u.apart >= u.count || cell >= cells() {
+    let n = along(u.axis);
+    let is_x = u.axis == 0u;
+    let columns = select(stride(u.axis), u.n.y * u.n.z, is_x);
+    let planes = select(1u, u.n.z, u.axis == 1u);
+    let tiles = vec2<u32>((n + SIDE - 1u) / SIDE, (columns + SIDE - 1u) / SIDE);
+    let tile = group_number(group, groups);
+    let plane = tile / (tiles.x * tiles.y);
+    if plane >= planes * u.count {
         return;
     }
-    let n = along(u.axis);
-    let here = at(cell, u.axis);
-    let between = stride(u.axis);
-    var place = element - here * between;
-    let by = select(1u, n, flag(0u));
-    var entry = u.first + here * select(n, 1u, flag(0u));
-    var sum = 0.0;
-    for (var i = 0u; i < n; i++) {
-        sum += table[entry] * source[place];
-        place += between;
-        entry += by;
+    let row = (tile % tiles.x) * SIDE;
+    let column = (tile / tiles.x % tiles.y) * SIDE;
+    let begin = plane / planes * u.apart + plane % planes * u.n.x * u.n.y;
+    // Numbers between terms, and between columns.
+    let between = select(vec2<u32>(stride(u.axis), 1u), vec2<u32>(1u, n), is_x);
+    let transposed = flag(0u);
+    // Those beside each other read and write what lies beside each other.
+    let high = local / 16u;
+    let low = local % 16u;
+    let own = select(vec2<u32>(high, low), vec2<u32>(low, high), is_x);
+    let far = vec2<u32>(local / SIDE, local % SIDE);
+    var sums: array<vec4<f32>, 4>;
+    for (var term = 0u; term < n; term += TERMS) {
+        for (var j = 0u; j < 4u; j++) {
+            let near = vec2<u32>(low, high + 16u * j);
+            let wide = vec2<u32>(far.x + 4u * j, far.y);
+            let of_m = select(near, wide, transposed);
+            let m = vec2<u32>(term + of_m.x, row + of_m.y);
+            var value = 0.0;
+            if m.x < n && m.y < n {
+                value = table[u.first + select(m.y * n + m.x, m.x * n + m.y, transposed)];
+            }
+            of_matrix[of_m.x * LONG + of_m.y] = value;
+            let of_s = select(wide, near, is_x);
+            let s = vec2<u32>(term + of_s.x, column + of_s.y);
+            value = 0.0;
+            if s.x < n && s.y < columns {
+                value = source[begin + s.x * between.x + s.y * between.y];
+            }
+            of_source[of_s.x * LONG + of_s.y] = value;
+        }
+        workgroupBarrier();
+        for (var i = 0u; i < TERMS; i++) {
+            let a = i * LONG + own.x;
+            let b = i * LONG + own.y;
+            let rows = vec4<f32>(of_matrix[a], of_matrix[a + 16u], of_matrix[a + 32u], of_matrix[a + 48u]);
+            let lines = vec4<f32>(of_source[b], of_source[b + 16u], of_source[b + 32u], of_source[b + 48u]);
+            sums[0] += rows.x * lines;
+            sums[1] += rows.y * lines;
+            sums[2] += rows.z * lines;
+            sums[3] += rows.w * lines;
+        }
+        workgroupBarrier();
     }
-    to[element] = sum;
+    for (var r = 0u; r < 4u; r++) {
+        let k = row + own.x + 16u * r;
+        for (var q = 0u; q < 4u; q++) {
+            let line = column + own.y + 16u * q;
+            if k < n && line < columns {
+                to[begin + k * between.x + line * between.y] = sums[r][q];
+            }
+        }
+    }
 }
 
 // to *= -1 / (the sum of the eigenvalues), 0 for the mean, in `count` fields. The eigenvalues along x, y and z begin at `first`.
@@ -70,10 +131,11 @@ fn invert(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
     if element / u.apart >= u.count || cell >= cells() {
         return;
     }
+    let here = site(cell);
     var eigenvalue = 0.0;
     var place = u.first;
-    for (var axis = 0u; axis < dims(); axis++) {
-        eigenvalue += table[place + at(cell, axis)];
+    for (var axis = 0u; axis < DIMS; axis++) {
+        eigenvalue += table[place + at(here, axis)];
         place += along(axis);
     }
     to[element] = select(0.0, -to[element] / eigenvalue, eigenvalue > 0.0);
@@ -86,12 +148,13 @@ fn filter_all(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
     if cell >= cells() {
         return;
     }
+    let here = site(cell);
     var sum = u.a;
     var place = u.first;
     for (var j = 0u; j < u.second; j++) {
         var product = 1.0;
-        for (var axis = 0u; axis < dims(); axis++) {
-            product *= table[place + at(cell, axis)];
+        for (var axis = 0u; axis < DIMS; axis++) {
+            product *= table[place + at(here, axis)];
             place += along(axis);
         }
         sum += product;

@@ -40,16 +40,16 @@ fn by_velocity(b: f32, c: f32, across: vec3<f32>, through: f32) -> f32 {
     return select(select(0.5 * (upward + downward), downward, through < 0.0), upward, through > 0.0);
 }
 
-fn face(cell: u32, axis: u32, offset: i32) -> f32 {
-    if !flows(cell, axis, offset) {
+fn face(here: Site, axis: u32, offset: i32) -> f32 {
+    if !flows(here, axis, offset) {
         return 0.0;
     }
-    return v[axis * u.apart + beside(cell, axis, offset)];
+    return v[axis * u.apart + beside(here, axis, offset)];
 }
 
 // y at the cells at -2, -1, 1 and 2.
-fn around_y(cell: u32, axis: u32) -> vec4<f32> {
-    return vec4<f32>(y[beside(cell, axis, -2)], y[beside(cell, axis, -1)], y[beside(cell, axis, 1)], y[beside(cell, axis, 2)]);
+fn around_y(here: Site, axis: u32) -> vec4<f32> {
+    return vec4<f32>(y[beside(here, axis, -2)], y[beside(here, axis, -1)], y[beside(here, axis, 1)], y[beside(here, axis, 2)]);
 }
 
 // to = p rho + (1 - p) (y + tau L y), p being `b`; rho is `z`, which is not read where p is 0. What is below `c` is 0. `a` is tau.
@@ -59,20 +59,21 @@ fn carry(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
     if cell >= cells() {
         return;
     }
-    let here = y[cell];
+    let here = site(cell);
+    let own = y[cell];
     var sum = 0.0;
-    for (var axis = 0u; axis < dims(); axis++) {
-        let o = around_y(cell, axis);
-        let across = vec4<f32>(o.y - o.x, here - o.y, o.z - here, o.w - o.z);
-        let low = face(cell, axis, 0);
-        let high = face(cell, axis, 1);
-        let inflow = low * at_face(o.y, here, across.xyz, low > 0.0) - high * at_face(here, o.z, across.yzw, high > 0.0);
+    for (var axis = 0u; axis < DIMS; axis++) {
+        let o = around_y(here, axis);
+        let across = vec4<f32>(o.y - o.x, own - o.y, o.z - own, o.w - o.z);
+        let low = face(here, axis, 0);
+        let high = face(here, axis, 1);
+        let inflow = low * at_face(o.y, own, across.xyz, low > 0.0) - high * at_face(own, o.z, across.yzw, high > 0.0);
         sum += u.a * inverse_of(axis) * inflow;
     }
-    let moved = here + sum;
-    var value = moved;
+    let carried = own + sum;
+    var value = carried;
     if u.b != 0.0 {
-        value = moved + u.b * (z[cell] - moved);
+        value = carried + u.b * (z[cell] - carried);
     }
     to[cell] = select(value, 0.0, abs(value) < u.c);
 }
@@ -100,15 +101,16 @@ fn carry_back(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
     if cell >= cells() {
         return;
     }
+    let here = site(cell);
     let share = bitcast<f32>(u.third);
     let here_z = z[cell];
     let here_y = y[cell];
     var sum = here_z;
-    for (var axis = 0u; axis < dims(); axis++) {
-        let o = around_y(cell, axis);
+    for (var axis = 0u; axis < DIMS; axis++) {
+        let o = around_y(here, axis);
         let across = vec4<f32>(o.y - o.x, here_y - o.y, o.z - here_y, o.w - o.z);
-        let zs = array<f32, 5>(z[beside(cell, axis, -2)], z[beside(cell, axis, -1)], here_z, z[beside(cell, axis, 1)], z[beside(cell, axis, 2)]);
-        let faces = vec4<f32>(face(cell, axis, -1), face(cell, axis, 0), face(cell, axis, 1), face(cell, axis, 2));
+        let zs = array<f32, 5>(z[beside(here, axis, -2)], z[beside(here, axis, -1)], here_z, z[beside(here, axis, 1)], z[beside(here, axis, 2)]);
+        let faces = vec4<f32>(face(here, axis, -1), face(here, axis, 0), face(here, axis, 1), face(here, axis, 2));
         let scale = u.a * inverse_of(axis);
         let rho_f = by_velocity(o.y, here_y, across.xyz, faces.y);
         let place = axis * u.apart + cell;
@@ -129,35 +131,27 @@ fn carry_back(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
     }
 }
 
-var<workgroup> most: array<f32, 256>;
-
 // The largest sum over a cell's faces of |v_f| / (2 h), of each group of cells: group.x of a step, which is group.y. What is not finite
 // counts as 1e30.
 @compute @workgroup_size(256)
 fn courant(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let step = group.y * dims() * u.apart;
+    let step = group.y * DIMS * u.apart;
     var largest = 0.0;
     for (var cell = group.x * GROUP + local; cell < cells(); cell += groups.x * GROUP) {
+        let here = site(cell);
         var sum = 0.0;
-        for (var axis = 0u; axis < dims(); axis++) {
+        for (var axis = 0u; axis < DIMS; axis++) {
             let low = v[step + axis * u.apart + cell];
             var high = 0.0;
-            if flows(cell, axis, 1) {
-                high = v[step + axis * u.apart + beside(cell, axis, 1)];
+            if flows(here, axis, 1) {
+                high = v[step + axis * u.apart + beside(here, axis, 1)];
             }
             sum += 0.5 * inverse_of(axis) * (abs(low) + abs(high));
         }
-        largest = max(largest, select(1e30, sum, sum < 1e30));
+        largest = max(largest, sized(sum));
     }
-    most[local] = largest;
-    workgroupBarrier();
-    for (var half = GROUP / 2u; half > 0u; half /= 2u) {
-        if local < half {
-            most[local] = max(most[local], most[local + half]);
-        }
-        workgroupBarrier();
-    }
+    let largest_of_all = largest_in_group(largest, local);
     if local == 0u {
-        to[u.first + group.y * groups.x + group.x] = most[0];
+        to[u.first + group.y * groups.x + group.x] = largest_of_all;
     }
 }

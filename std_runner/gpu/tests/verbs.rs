@@ -169,7 +169,7 @@ fn check<S: Space>(case: &Case) {
         factors: if case.scheduled { &[1.0, 3.0] } else { &[] },
         ..Lists::default()
     };
-    let mut memory = vec![MaybeUninit::new(0u8); 1 << 20];
+    let mut memory = vec![MaybeUninit::new(0u8); 1 << 22];
     let at = memory.as_ptr().align_offset(64);
     let mut levels = Levels::<f32>::bare(&grid, metric.filters);
     levels.fill(&mut Arena::new(&mut memory[at..])).unwrap();
@@ -331,6 +331,11 @@ fn verbs_in_2d() {
         scheduled: true,
         regions: true,
     });
+    // Lines longer than a tile of a transform.
+    check::<D2>(&Case {
+        cells: &[70, 131],
+        ..plain
+    });
 }
 
 #[test]
@@ -351,6 +356,15 @@ fn verbs_in_3d() {
         smoothing: 0.0,
         viscosity: 0.0,
         scheduled: true,
+        regions: false,
+    });
+    check::<D3>(&Case {
+        cells: &[66, 5, 65],
+        boundary: &[Wall, Wall, Periodic],
+        speed: 0.4,
+        smoothing: 5e-4,
+        viscosity: 0.0,
+        scheduled: false,
         regions: false,
     });
 }
