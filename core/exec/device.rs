@@ -21,6 +21,10 @@ pub struct Room {
     pub keyframes: usize,
     /// Whether they have regions.
     pub regions: bool,
+    /// Emitters.
+    pub emitters: usize,
+    /// Whether the price of the force differs from place to place.
+    pub masked: bool,
     /// Whether the force has another price than its square.
     pub weighs: bool,
     /// Filters of the metric.
@@ -45,6 +49,14 @@ pub struct Search<'a> {
     pub factor: Option<&'a dyn Fn(usize) -> f64>,
     /// Lengths of the steps by which that price is divided out: see [`force::price`](crate::force::price).
     pub lengths: &'a dyn Fn(usize) -> Option<f64>,
+    /// Least value of the mask of a face where it divides the metric; its price has [`LEAST`](crate::force::mask::LEAST).
+    pub least_of_mask: f64,
+    /// b: the acceleration by a density of 1; see [`force::lift`](crate::force::lift).
+    pub buoyancy: [f64; 3],
+    /// What emitter `i` does when the density has come to a step: `(step, i)`; see [`Script::supply`](crate::objective::script::Script::supply).
+    pub supply: &'a dyn Fn(usize, usize) -> Option<[f64; 2]>,
+    /// The velocity to which it pushes v_k: `(k, i)`; see [`Script::jet`](crate::objective::script::Script::jet).
+    pub jet: &'a dyn Fn(usize, usize) -> Option<[f64; 3]>,
     /// Reciprocal pivots of the time line, and minus the entries beside the diagonal: see [`force::time_line`](crate::force::time_line).
     pub pivots: &'a [f64],
     /// See there.
@@ -76,6 +88,10 @@ pub enum Place {
     Target(usize),
     /// Where it does.
     Region(usize),
+    /// The shape of an emitter, by its number.
+    Emitter(usize),
+    /// Where force may act.
+    Mask,
     /// A component of a field of L-BFGS: its number, the slot, the axis.
     Field(usize, usize, usize),
 }

@@ -12,7 +12,7 @@ use crate::real::Real;
 
 /// The least value of a mask for flows: where no force acts they change too, by what is pushed elsewhere. With 0.3 instead of
 /// [`LEAST`] a mask down to 0.1 comes to J = 107 instead of 245 in 60 iterations.
-const LEAST_OF_FLOWS: f64 = 0.3;
+pub const LEAST_OF_FLOWS: f64 = 0.3;
 
 /// Lets `newton` arrive at a point (see [`QuasiNewton::arrive`]) with the first inverse Hessian (K + r S)^-1 by the factored `line`
 /// kappa + S, or with 1 / r alone, either divided by the price of curls.

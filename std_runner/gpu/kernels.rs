@@ -57,11 +57,17 @@ macro_rules! kernels {
 kernels! {
     Add: 0, "add";
     Multiply: 0, "multiply";
+    Fill: 0, "fill";
+    Forget: 0, "forget";
     DotAll: 0, "dot_all";
     Largest: 0, "largest";
     Force: 1, "force";
     ForceBack: 1, "force_back";
     Price: 1, "price";
+    Lift: 1, "lift";
+    LiftBack: 1, "lift_back";
+    Push: 1, "push";
+    Weigh: 1, "weigh";
     Divergence: 2, "divergence";
     SubtractGradient: 2, "subtract_gradient";
     Transform: 2, "transform";

@@ -2,10 +2,11 @@
 
 use crate::kernels::{FLAGS, Kernel, Numbers};
 use crate::machine::Machine;
-use crate::memory::Field;
+use crate::memory::{Field, Part};
 use crate::state::{State, sum_of};
 use core::ops::Range;
-use thurible_core::exec::device::{NotFinite, Stride, WithGradient};
+use thurible_core::exec::device::{NotFinite, Place, Stride, WithGradient};
+use thurible_core::force::mask::LEAST;
 
 /// Passes of a projection of a gradient at most: after two of them what is left is rounding.
 const PASSES: usize = 2;
@@ -29,7 +30,83 @@ impl State {
                 None,
             ];
             machine.run(Kernel::Force, &parts, &numbers, w.numbers());
+            self.lift(machine, slot, w.step(slot));
+            self.push(machine, slot, (self.flow(slot), 1.0), w.step(slot));
         }
+    }
+
+    /// The numbers of a kernel that is told what there is along each axis.
+    fn along_axes(&self, [a, b, c]: [f64; 3]) -> Numbers {
+        Numbers {
+            a: a as f32,
+            b: b as f32,
+            c: c as f32,
+            ..self.numbers()
+        }
+    }
+
+    /// w -= B rho of a slot (core/force/lift.rs).
+    fn lift(&self, machine: &mut Machine, slot: usize, w: Part) {
+        if self.facts.buoyancy == [0.0; 3] {
+            return;
+        }
+        let numbers = self.along_axes(self.facts.buoyancy.map(|b| -0.5 * b));
+        let parts = [Some(w), Some(self.density(slot + 1)), None, None];
+        machine.run(Kernel::Lift, &parts, &numbers, self.faces());
+    }
+
+    /// mu += r B^T z of a slot.
+    pub fn lift_back(&self, machine: &mut Machine, z: Part, mu: Part) {
+        if self.facts.buoyancy == [0.0; 3] {
+            return;
+        }
+        let half = 0.5 * self.facts.force_weight;
+        let numbers = self.along_axes(self.facts.buoyancy.map(|b| half * b));
+        let parts = [Some(mu), Some(z), None, None];
+        machine.run(Kernel::LiftBack, &parts, &numbers, self.count());
+    }
+
+    /// w -= s T - K x with what emitters do to v_slot (core/objective/script/jets.rs).
+    fn push(&self, machine: &mut Machine, slot: usize, (x, s): (Part, f64), w: Part) {
+        let pushed = self.gradient_of_step();
+        for (place, &(index, along)) in self.facts.jets[slot].iter().enumerate() {
+            let base = self.along_axes(along.map(|v| s * v));
+            let numbers = Numbers {
+                flags: base.flags | (u32::from(place == 0) << FLAGS),
+                ..base
+            };
+            let shape = self.place(Place::Emitter(index));
+            let parts = [Some(pushed.clone()), Some(x.clone()), Some(shape), None];
+            machine.run(Kernel::Push, &parts, &numbers, self.faces());
+        }
+        if !self.facts.jets[slot].is_empty() {
+            self.add(machine, w, [1.0, -1.0], Some(pushed));
+        }
+    }
+
+    /// All slots of a field times the mask, which is `least` at least, or divided by it (core/force/mask.rs).
+    fn weigh(&self, machine: &mut Machine, field: &Field, divide: bool, least: f64) {
+        for (first, count) in field.windows(usize::MAX) {
+            let base = self.numbers();
+            let numbers = Numbers {
+                a: least as f32,
+                count: count as u32,
+                flags: base.flags | (u32::from(divide) << FLAGS),
+                ..base
+            };
+            let parts = [
+                Some(field.part(first, count)),
+                Some(self.place(Place::Mask)),
+                None,
+                None,
+            ];
+            machine.run(Kernel::Weigh, &parts, &numbers, count * self.faces());
+        }
+    }
+
+    /// Numbers of a step of faces.
+    fn faces(&self) -> usize {
+        self.facts.room.dims * self.apart()
     }
 
     /// out = a x + b s^2 C^T C x + c y, all slots.
@@ -54,7 +131,16 @@ impl State {
         if !self.facts.room.weighs {
             return [plain.clone(), plain];
         }
-        self.combine(machine, &self.priced, [1.0, 1.0, 0.0], w, None);
+        let mut source = w;
+        if self.facts.room.masked {
+            self.add_fields(machine, &self.divided, [0.0, 1.0], w);
+            self.weigh(machine, &self.divided, true, LEAST);
+            source = &self.divided;
+        }
+        self.combine(machine, &self.priced, [1.0, 1.0, 0.0], source, None);
+        if self.facts.room.masked {
+            self.weigh(machine, &self.priced, true, LEAST);
+        }
         for (slot, &factor) in self.facts.factors.iter().enumerate() {
             self.add(machine, self.priced.step(slot), [factor, 0.0], None);
         }
@@ -82,6 +168,10 @@ impl State {
         } else {
             &self.fields[force]
         };
+        // With a mask it is no derivative along fields free of divergence before.
+        if self.facts.room.masked {
+            (0..PASSES).for_each(|_| self.project(machine, z));
+        }
         let out = &self.fields[into];
         for slot in 0..self.facts.room.slots {
             let after = (slot + 1 < self.facts.room.slots).then(|| z.step(slot + 1));
@@ -98,8 +188,12 @@ impl State {
                 after,
             ];
             machine.run(Kernel::ForceBack, &parts, &numbers, out.numbers());
+            let next = slot + 1;
+            if next < self.facts.room.slots {
+                self.push(machine, next, (z.step(next), 0.0), out.step(slot));
+            }
         }
-        self.go_back(machine, into);
+        self.go_back(machine, into, z);
         for _ in 0..PASSES {
             self.project(machine, out);
             let [divergence, largest] = self.relative_divergence(machine, into);
@@ -153,6 +247,20 @@ impl State {
 
     /// image = q(B) y with B the price of curls: Richardson's steps of the given lengths (core/force/price.rs); or y itself.
     fn divide_by_price(&self, machine: &mut Machine, y: &Field, image: &Field) {
+        let least = self.facts.least_of_mask;
+        if self.facts.room.masked {
+            // m q m y, projected.
+            self.add_fields(machine, &self.divided, [0.0, 1.0], y);
+            self.weigh(machine, &self.divided, false, least);
+            self.divide_by_curls(machine, &self.divided, image);
+            self.weigh(machine, image, false, least);
+            (0..PASSES).for_each(|_| self.project(machine, image));
+            return;
+        }
+        self.divide_by_curls(machine, y, image);
+    }
+
+    fn divide_by_curls(&self, machine: &mut Machine, y: &Field, image: &Field) {
         let lengths = &self.facts.lengths;
         if lengths.is_empty() {
             return self.add_fields(machine, image, [0.0, 1.0], y);

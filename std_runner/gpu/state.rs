@@ -49,12 +49,27 @@ pub struct Facts {
     pub negligible: f64,
     pub keyframes: Vec<(usize, f64)>,
     pub identity: f64,
+    pub least_of_mask: f64,
+    pub buoyancy: [f64; 3],
+    /// Number, what is added and up to what is filled, of the emitters of a step, from 0.
+    pub supplies: Vec<Vec<(usize, [f64; 2])>>,
+    /// Number and velocity of those that push v_k, by k.
+    pub jets: Vec<Vec<(usize, [f64; 3])>>,
     flags: u32,
 }
 
 impl Facts {
     fn new(search: &Search<'_>) -> Self {
         let (room, factor) = (search.room, search.factor);
+        let emitters = || 0..room.emitters;
+        let supplies = |step: usize| {
+            let of = |index: usize| Some((index, (search.supply)(step, index)?));
+            emitters().filter_map(of).collect()
+        };
+        let jets = |slot: usize| {
+            let of = |index: usize| Some((index, (search.jet)(slot, index)?));
+            emitters().filter_map(of).collect()
+        };
         Self {
             room,
             inverse: search.inverse,
@@ -69,6 +84,10 @@ impl Facts {
             negligible: search.negligible,
             keyframes: (0..).map_while(|index| (search.keyframe)(index)).collect(),
             identity: search.identity,
+            least_of_mask: search.least_of_mask,
+            buoyancy: search.buoyancy,
+            supplies: (0..room.slots + 2).map(supplies).collect(),
+            jets: (0..room.slots).map(jets).collect(),
             flags: flags(search),
         }
     }
@@ -94,12 +113,15 @@ pub fn plan(limits: &Limits, room: &Room) -> Plan {
     add("densities", room.slots + 2, cells);
     add("targets", room.keyframes, cells);
     add("regions", steps(room.regions, room.keyframes), cells);
+    add("shapes of emitters", room.emitters, cells);
+    add("mask", steps(room.masked, 1), cells);
     add("gradient of a step", 1, faces);
     add("states and stages of transport, metric", STATES + CELLS, cells);
     add("potentials", batch, cells);
     add("potentials, transformed", batch, cells);
     add("eigenvectors and eigenvalues", 1, table);
     add("force times its price", steps(room.weighs, room.slots), faces);
+    add("force divided by its mask", steps(room.masked, room.slots), faces);
     (0..room.fields).for_each(|_| add("a field of L-BFGS", room.slots, faces));
     plan
 }
@@ -113,11 +135,14 @@ pub struct State {
     rho: Field,
     targets: Field,
     regions: Field,
+    emitters: Field,
+    mask: Field,
     gradient: Field,
     cells: Field,
     pub potentials: [Field; 2],
     pub table: Field,
     pub priced: Field,
+    pub divided: Field,
     pub fields: Vec<Field>,
     /// Sub-steps of each step of the flow that was carried last.
     pub substeps: Vec<usize>,
@@ -139,11 +164,14 @@ impl State {
             rho: next()?,
             targets: next()?,
             regions: next()?,
+            emitters: next()?,
+            mask: next()?,
             gradient: next()?,
             cells: next()?,
             potentials: [next()?, next()?],
             table: next()?,
             priced: next()?,
+            divided: next()?,
             fields: Vec::new(),
             substeps: Vec::new(),
             facts,
@@ -209,6 +237,8 @@ impl State {
             Place::Density(step) => self.rho.step(step),
             Place::Target(index) => self.targets.step(index),
             Place::Region(index) => self.regions.step(index),
+            Place::Emitter(index) => self.emitters.step(index),
+            Place::Mask => self.mask.step(0),
             Place::Field(which, slot, axis) => self.fields[which].step(slot).of_axis(axis, self.apart()),
         }
     }
@@ -258,6 +288,18 @@ impl State {
         machine.run(Kernel::Add, &[Some(out), x], &numbers, count);
     }
 
+    /// A kernel of three buffers over the first one's elements, which is told a number: `to`, `x` and `y` of `kernels/elements.wgsl`.
+    pub fn by_element(&self, machine: &mut Machine, kernel: Kernel, to: Part, x: [Option<Part>; 2], a: f64) {
+        let count = (to.bytes / 4) as usize;
+        let numbers = Numbers {
+            a: a as f32,
+            count: count as u32,
+            ..self.numbers()
+        };
+        let [x, y] = x;
+        machine.run(kernel, &[Some(to), x, y], &numbers, count);
+    }
+
     /// [`Self::add`] of whole fields.
     pub fn add_fields(&self, machine: &mut Machine, out: &Field, factors: [f64; 2], x: &Field) {
         for (first, count) in out.windows(usize::MAX) {
@@ -272,12 +314,7 @@ impl State {
 
     /// out *= x.
     pub fn multiply(&self, machine: &mut Machine, out: Part, x: Part) {
-        let count = (out.bytes / 4) as usize;
-        let numbers = Numbers {
-            count: count as u32,
-            ..self.numbers()
-        };
-        machine.run(Kernel::Multiply, &[Some(out), Some(x)], &numbers, count);
+        self.by_element(machine, Kernel::Multiply, out, [Some(x), None], 0.0);
     }
 
     /// Begins the sum of x y over parts, or of x x.

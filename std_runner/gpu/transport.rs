@@ -2,7 +2,7 @@
 
 use crate::kernels::{FLAGS, Kernel, Numbers};
 use crate::machine::Machine;
-use crate::memory::Part;
+use crate::memory::{Field, Part};
 use crate::state::{Cell, STATES, State, largest_of_rows, sum_of};
 use thurible_core::exec::device::{NotFinite, Place};
 use thurible_core::transport::KEEP;
@@ -81,6 +81,7 @@ impl State {
         for step in 0..=self.facts.room.slots {
             let count = self.substeps[step];
             self.carry(machine, step, count, self.density(step), self.density(step + 1));
+            self.emit(machine, step + 1);
         }
         let all: Vec<usize> = (0..self.facts.keyframes.len()).collect();
         let terms = all.chunks(COMPARED).map(|indices| {
@@ -100,6 +101,28 @@ impl State {
         terms.sum()
     }
 
+    /// Adds to the density of a step what is emitted on the way there: first by rates, then up to targets (core/objective/script/emission.rs).
+    fn emit(&self, machine: &mut Machine, step: usize) {
+        let (rho, supplies) = (self.density(step), &self.facts.supplies[step]);
+        for &(index, [added, _]) in supplies.iter().filter(|(_, [added, _])| *added > 0.0) {
+            let shape = self.place(Place::Emitter(index));
+            self.add(machine, rho.clone(), [1.0, added], Some(shape));
+        }
+        for &(index, [_, target]) in supplies.iter().filter(|(_, [_, target])| *target > 0.0) {
+            let shape = [Some(self.place(Place::Emitter(index))), None];
+            self.by_element(machine, Kernel::Fill, rho.clone(), shape, target);
+        }
+    }
+
+    /// mu = 0 where the density of a step was filled up.
+    fn forget(&self, machine: &mut Machine, step: usize) {
+        let filled = self.facts.supplies[step].iter();
+        for &(index, [_, target]) in filled.filter(|(_, [_, target])| *target > 0.0) {
+            let parts = [self.place(Place::Emitter(index)), self.density(step)].map(Some);
+            self.by_element(machine, Kernel::Forget, self.cell(Cell::Mu), parts, target);
+        }
+    }
+
     /// e = R (rho - rho*) of a keyframe, and C e.
     fn compare(&self, machine: &mut Machine, index: usize) {
         let (step, _) = self.facts.keyframes[index];
@@ -117,8 +140,8 @@ impl State {
         self.blur(machine, &error, &image);
     }
 
-    /// Back through all steps: `out` = r `out` - A_v^T mu, slot by slot.
-    pub fn go_back(&self, machine: &mut Machine, out: usize) {
+    /// Back through all steps: `out` = r `out` - A_v^T mu, slot by slot; with buoyancy mu has r B^T `z` too.
+    pub fn go_back(&self, machine: &mut Machine, out: usize, z: &Field) {
         let (mu, image) = (self.cell(Cell::Mu), self.cell(Cell::Image));
         self.add(machine, mu.clone(), [0.0, 0.0], None);
         for step in (1..=self.facts.room.slots).rev() {
@@ -131,6 +154,10 @@ impl State {
                 let weight = self.facts.keyframes[index].1;
                 self.add(machine, mu.clone(), [1.0, -weight], Some(image.clone()));
             }
+            if step < self.facts.room.slots {
+                self.lift_back(machine, z.step(step), mu.clone());
+            }
+            self.forget(machine, step + 1);
             self.go_back_through(machine, step);
             let slot = self.fields[out].step(step - 1);
             let factors = [self.facts.force_weight, -1.0];

@@ -9,8 +9,12 @@ use crate::problem::{Feature, Problem, Scheme};
 use crate::words::Named;
 
 /// What a device takes of what a problem may ask for; the release comes after the search.
-const TAKEN: [Feature; 4] = [
+const TAKEN: [Feature; 8] = [
     Feature::Smoothness,
+    Feature::Buoyancy,
+    Feature::Mask,
+    Feature::Emitters,
+    Feature::Jets,
     Feature::Schedule,
     Feature::Regions,
     Feature::Release,
@@ -34,26 +38,36 @@ pub fn room(problem: &Problem<'_>, params: &Params) -> Result<Room, &'static str
     if setup.history.halves() {
         return Err("pairs in half the bytes");
     }
-    let (flow, keyframes) = (&setup.flow, problem.keyframes.len());
-    let regions = problem.asks_for(Feature::Regions);
-    Ok(room_of(
-        &setup.grid,
-        flow,
-        setup.history.fields(),
-        keyframes,
-        regions,
-    ))
+    let given = Given {
+        keyframes: problem.keyframes.len(),
+        regions: problem.asks_for(Feature::Regions),
+        emitters: problem.emitters.len(),
+    };
+    Ok(room_of(&setup.grid, &setup.flow, setup.history.fields(), given))
 }
 
-/// That of a search on `grid`, which has so many `fields` of L-BFGS and so many keyframes.
-pub fn room_of(grid: &Grid, flow: &flow::Setup, fields: usize, keyframes: usize, regions: bool) -> Room {
+/// Fields of cells that a search is given.
+#[derive(Clone, Copy, Debug)]
+pub struct Given {
+    /// Keyframes.
+    pub keyframes: usize,
+    /// Whether they have regions.
+    pub regions: bool,
+    /// Emitters.
+    pub emitters: usize,
+}
+
+/// That of a search on `grid`, which has so many `fields` of L-BFGS.
+pub fn room_of(grid: &Grid, flow: &flow::Setup, fields: usize, given: Given) -> Room {
     Room {
         dims: grid.dims,
         cells: grid.n,
         slots: flow.sweep.slots,
         fields,
-        keyframes,
-        regions,
+        keyframes: given.keyframes,
+        regions: given.regions,
+        emitters: given.emitters,
+        masked: flow.masked,
         weighs: flow.weighs(),
         filters: flow.sweep.metric.filters,
     }

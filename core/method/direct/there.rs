@@ -1,6 +1,6 @@
 //! One grid of the search on a device, which has the fields.
 
-use super::room::room_of;
+use super::room::{Given, room_of};
 use super::work::{Work, is_usable};
 use crate::exec::Exec;
 use crate::exec::device::{Device, NotFinite, Place, Search, Stride};
@@ -11,6 +11,7 @@ use crate::force::price;
 use crate::force::time_line::TimeLine;
 use crate::grid::Grid;
 use crate::grid::spectrum::eigenvector_of;
+use crate::method::first_hessian::LEAST_OF_FLOWS;
 use crate::objective::feasible::CLEAN;
 use crate::objective::flow::Evaluation;
 use crate::objective::sweep;
@@ -43,9 +44,13 @@ pub fn hand_over<T: Real>(
     let factor = |slot: usize| script.factor(slot);
     let squared = |axis: usize| grid.h[axis] * grid.h[axis];
     let wanted = |index: usize| script.wanted(index, grid.cells());
-    let has_regions = (0..script.keyframes()).any(|index| !wanted(index).region.is_empty());
+    let given = Given {
+        keyframes: script.keyframes(),
+        regions: (0..script.keyframes()).any(|index| !wanted(index).region.is_empty()),
+        emitters: script.emitters(),
+    };
     device.begin(&Search {
-        room: room_of(grid, setup, fields, script.keyframes(), has_regions),
+        room: room_of(grid, setup, fields, given),
         inverse: grid.h.map(|h| 1.0 / h),
         rings: core::array::from_fn(|axis| grid.axis(axis).is_ring()),
         viscosity: setup.viscosity,
@@ -57,6 +62,10 @@ pub fn hand_over<T: Real>(
                 .then(|| price::length(grid, setup.smoothing, step))
                 .flatten()
         },
+        least_of_mask: LEAST_OF_FLOWS,
+        buoyancy: setup.buoyancy,
+        supply: &|step, index| script.supply(step, index, grid.cells()),
+        jet: &|slot, index| script.jet(slot, index, grid.cells()),
         pivots,
         coupling,
         courant: [stepping.courant(), MAX_SUBSTEPS as f64],
@@ -83,9 +92,15 @@ pub fn hand_over<T: Real>(
     write_cells(Place::Density(0), rows::part(evaluation.rho, 0..grid.cells()));
     for index in 0..script.keyframes() {
         write_cells(Place::Target(index), wanted(index).target);
-        if has_regions {
+        if given.regions {
             write_cells(Place::Region(index), wanted(index).region);
         }
+    }
+    for index in 0..given.emitters {
+        write_cells(Place::Emitter(index), script.shape(index, grid.cells()));
+    }
+    if setup.masked {
+        write_cells(Place::Mask, script.mask(grid.cells()));
     }
 }
 

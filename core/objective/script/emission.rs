@@ -41,6 +41,15 @@ impl<'a, T: Real> Script<'a, T> {
         })
     }
 
+    /// What emitter `index` does when the density has come to `step`, where it does anything: what it adds where its shape is 1, and up to what
+    /// it fills there.
+    #[must_use]
+    pub fn supply(&self, step: usize, index: usize, cells: usize) -> Option<[f64; 2]> {
+        self.supplies(step, cells)
+            .find(|supply| supply.index == index)
+            .map(|supply| [supply.added, supply.target])
+    }
+
     /// The largest density that emitter `index` adds at a step, or fills up to.
     #[must_use]
     pub fn most_emitted(&self, index: usize, cells: usize) -> f64 {

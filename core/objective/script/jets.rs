@@ -53,6 +53,13 @@ impl<'a, T: Real> Script<'a, T> {
             })
         })
     }
+
+    /// The velocity to which emitter `index` pushes v_slot, where it does.
+    #[must_use]
+    pub fn jet(&self, slot: usize, index: usize, cells: usize) -> Option<[f64; 3]> {
+        let mut jets = self.jets(slot, cells);
+        jets.find(|(other, ..)| *other == index).map(|(.., along)| along)
+    }
 }
 
 impl<T: Real> Jets<'_, T> {

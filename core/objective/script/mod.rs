@@ -179,6 +179,18 @@ impl<'a, T: Real> Script<'a, T> {
         }
     }
 
+    /// How many emitters there are.
+    #[must_use]
+    pub fn emitters(&self) -> usize {
+        self.lists.spans.len() / 2
+    }
+
+    /// The shape of emitter `index`.
+    #[must_use]
+    pub fn shape(&self, index: usize, cells: usize) -> &'a [T] {
+        self.field(self.lists.emitters_begin() + index, cells)
+    }
+
     /// Where force may act, cell by cell from 0 to 1; empty where it may everywhere.
     #[must_use]
     pub fn mask(&self, cells: usize) -> &'a [T] {

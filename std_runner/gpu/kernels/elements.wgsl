@@ -31,6 +31,24 @@ fn multiply(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gr
     to[element] = to[element] * x[element];
 }
 
+// to = max(to, a x) where x is positive: what an emitter fills up.
+@compute @workgroup_size(256)
+fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let element = number(group, groups, local);
+    if element < u.count && x[element] > 0.0 {
+        to[element] = max(to[element], u.a * x[element]);
+    }
+}
+
+// to = 0 where x is positive and y is a x: what an emitter filled up depends on nothing before.
+@compute @workgroup_size(256)
+fn forget(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let element = number(group, groups, local);
+    if element < u.count && x[element] > 0.0 && y[element] <= u.a * x[element] {
+        to[element] = 0.0;
+    }
+}
+
 // The sum of x y over `count` elements, or of x x (flag 0), a number for each group at `first` of `to`.
 @compute @workgroup_size(256)
 fn dot_all(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {

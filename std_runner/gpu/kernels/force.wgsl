@@ -1,4 +1,5 @@
-// The force of a flow, its adjoint (core/force), and the price of curls (core/force/price), gathered at each face from its plaquettes.
+// The force of a flow, its adjoint (core/force), and the price of curls (core/force/price), gathered at each face from its plaquettes;
+// buoyancy (core/force/lift.rs), masks (core/force/mask.rs) and the push of emitters (core/objective/script/jets.rs).
 //
 // For a face along axis a and each other axis b there are two plaquettes: that of the face's own cell, whose A+ the face is, and the next one
 // along b, whose A- it is (core/operators/plaquette.rs).
@@ -135,4 +136,83 @@ fn price(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
         sum += u.c * w[element];
     }
     to[element] = sum;
+}
+
+// The sum of v, cells, at both sides of a face.
+fn both_sides(here: Site, axis: u32) -> f32 {
+    return v[here.cell] + v[beside(here, axis, -1)];
+}
+
+fn of_axis(axis: u32) -> f32 {
+    return select(select(u.c, u.b, axis == 1u), u.a, axis == 0u);
+}
+
+// to, faces, += (a, b, c) times the sum of the cells v at both sides, but for faces on walls.
+@compute @workgroup_size(256)
+fn lift(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let element = number(group, groups, local);
+    let axis = element / u.apart;
+    let cell = element % u.apart;
+    if axis >= DIMS || cell >= cells() {
+        return;
+    }
+    let here = site(cell);
+    if !on_wall(here, axis) {
+        to[element] = to[element] + of_axis(axis) * both_sides(here, axis);
+    }
+}
+
+// to, cells, += (a, b, c) times the sum of the faces v around it, which are 0 on walls.
+@compute @workgroup_size(256)
+fn lift_back(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let cell = number(group, groups, local);
+    if cell >= cells() {
+        return;
+    }
+    let here = site(cell);
+    var sum = 0.0;
+    for (var axis = 0u; axis < DIMS; axis++) {
+        var both = v[axis * u.apart + cell];
+        if has_above(here, axis) {
+            both += v[axis * u.apart + beside(here, axis, 1)];
+        }
+        sum += of_axis(axis) * both;
+    }
+    to[cell] = to[cell] + sum;
+}
+
+// to, faces, = (1 - e) to + e (V - v) with V = (a, b, c) and e the least of 1 and the cells w at both sides; flag 0: to begins here, as 0.
+// On walls e is 0.
+@compute @workgroup_size(256)
+fn push(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let element = number(group, groups, local);
+    let axis = element / u.apart;
+    let cell = element % u.apart;
+    if axis >= DIMS || cell >= cells() {
+        return;
+    }
+    let here = site(cell);
+    var e = 0.0;
+    if !on_wall(here, axis) {
+        e = min(1.0, min(w[cell], w[beside(here, axis, -1)]));
+    }
+    var before = 0.0;
+    if !flag(0u) {
+        before = to[element];
+    }
+    to[element] = (1.0 - e) * before + e * (of_axis(axis) - v[element]);
+}
+
+// to, faces at `count` steps, times the mask of the face, or divided by it (flag 0): the mean of the cells v at both sides, and at least a.
+@compute @workgroup_size(256)
+fn weigh(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let element = number(group, groups, local);
+    let step = element / (u.apart * DIMS);
+    let axis = (element / u.apart) % DIMS;
+    let cell = element % u.apart;
+    if step >= u.count || cell >= cells() {
+        return;
+    }
+    let mask = max(0.5 * both_sides(site(cell), axis), u.a);
+    to[element] = select(to[element] * mask, to[element] / mask, flag(0u));
 }

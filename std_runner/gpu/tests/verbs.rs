@@ -78,6 +78,9 @@ struct Case {
     viscosity: f64,
     scheduled: bool,
     regions: bool,
+    /// Buoyancy, and two emitters that push: one by a rate, one up to a target.
+    emits: bool,
+    masked: bool,
 }
 
 const SLOTS: usize = 5;
@@ -137,7 +140,9 @@ fn check<S: Space>(case: &Case) {
     let mut v = random.faces(&grid, SLOTS, most);
     let initial = random.faces(&grid, 1, most);
     let keyframes = 2;
-    let given = random.cells(cells * keyframes * (1 + usize::from(case.regions)));
+    let emitters = if case.emits { 2 } else { 0 };
+    let fields = keyframes * (1 + usize::from(case.regions)) + emitters + usize::from(case.masked);
+    let given = random.cells(cells * fields);
     let mut rho = random.cells(cells * (SLOTS + 2));
     let metric = Metric {
         filters: 3,
@@ -157,8 +162,8 @@ fn check<S: Space>(case: &Case) {
         force_weight: 1.5,
         smoothing: case.smoothing,
         scheduled: case.scheduled,
-        masked: false,
-        buoyancy: [0.0; 3],
+        masked: case.masked,
+        buoyancy: if case.emits { [2e-3, 0.0, -5e-3] } else { [0.0; 3] },
         projection_tolerance: 1e-6,
     };
     let lists = Lists {
@@ -167,6 +172,14 @@ fn check<S: Space>(case: &Case) {
         regions: case.regions,
         knots: if case.scheduled { &[1, 5] } else { &[] },
         factors: if case.scheduled { &[1.0, 3.0] } else { &[] },
+        spans: if case.emits { &[0, 4, 2, 6] } else { &[] },
+        supplies: if case.emits { &[0.3, 0.0, 0.0, 0.8] } else { &[] },
+        jets: if case.emits {
+            &[1.0, 0.02, -0.03, 0.01, 1.0, -0.01, 0.04, 0.02]
+        } else {
+            &[]
+        },
+        mask: case.masked,
         ..Lists::default()
     };
     let mut memory = vec![MaybeUninit::new(0u8); 1 << 22];
@@ -182,7 +195,8 @@ fn check<S: Space>(case: &Case) {
     let mut pairs = vec![0.0f32; ledger.elements(4)];
     let mut fields = fields::take(&grid, SLOTS, history, &mut Pool::new(&mut pairs));
     assert_eq!(fields.len(), FIELDS);
-    let (mut priced, mut sums) = (random.faces(&grid, SLOTS, 0.0), vec![0.0; 16 * grid.rows()]);
+    let [mut priced, mut divided] = [(); 2].map(|()| random.faces(&grid, SLOTS, 0.0));
+    let mut sums = vec![0.0; 16 * grid.rows()];
     let mut evaluation = Evaluation {
         levels: &levels,
         level: 0,
@@ -191,7 +205,11 @@ fn check<S: Space>(case: &Case) {
         rho: &mut rho,
         script: Script::new(lists, &given),
         priced: view_mut(&mut priced),
-        divided: Default::default(),
+        divided: if case.masked {
+            view_mut(&mut divided)
+        } else {
+            Default::default()
+        },
         region: &mut region,
         sums: &mut sums,
     };
@@ -320,6 +338,8 @@ fn verbs_in_2d() {
         viscosity: 0.0,
         scheduled: false,
         regions: false,
+        emits: false,
+        masked: false,
     };
     check::<D2>(&plain);
     check::<D2>(&Case {
@@ -330,6 +350,20 @@ fn verbs_in_2d() {
         viscosity: 1e-4,
         scheduled: true,
         regions: true,
+        emits: false,
+        masked: false,
+    });
+    check::<D2>(&Case {
+        cells: &[15, 11],
+        speed: 0.7,
+        emits: true,
+        ..plain
+    });
+    check::<D2>(&Case {
+        smoothing: 2e-3,
+        scheduled: true,
+        masked: true,
+        ..plain
     });
     // Lines longer than a tile of a transform.
     check::<D2>(&Case {
@@ -348,6 +382,8 @@ fn verbs_in_3d() {
         viscosity: 1e-3,
         scheduled: false,
         regions: true,
+        emits: false,
+        masked: false,
     });
     check::<D3>(&Case {
         cells: &[6, 7, 9],
@@ -357,6 +393,19 @@ fn verbs_in_3d() {
         viscosity: 0.0,
         scheduled: true,
         regions: false,
+        emits: false,
+        masked: false,
+    });
+    check::<D3>(&Case {
+        cells: &[7, 6, 8],
+        boundary: &[Periodic, Wall, Wall],
+        speed: 1.4,
+        smoothing: 1e-3,
+        viscosity: 1e-4,
+        scheduled: false,
+        regions: true,
+        emits: true,
+        masked: true,
     });
     check::<D3>(&Case {
         cells: &[66, 5, 65],
@@ -366,5 +415,7 @@ fn verbs_in_3d() {
         viscosity: 0.0,
         scheduled: false,
         regions: false,
+        emits: false,
+        masked: false,
     });
 }
