@@ -23,6 +23,8 @@ pub struct Room {
     pub regions: bool,
     /// Emitters.
     pub emitters: usize,
+    /// Whether there are solid cells.
+    pub solids: bool,
     /// Whether the price of the force differs from place to place.
     pub masked: bool,
     /// Whether the force has another price than its square.
@@ -31,7 +33,7 @@ pub struct Room {
     pub filters: usize,
 }
 
-/// A search on one grid: between walls or on rings, by limited transport, with no solid cells.
+/// A search on one grid: between walls or on rings, by limited transport.
 pub struct Search<'a> {
     /// How large it is.
     pub room: Room,
@@ -65,6 +67,8 @@ pub struct Search<'a> {
     pub courant: [f64; 2],
     /// Values of a stage of transport below this are 0.
     pub negligible: f64,
+    /// Part of the divergence that a projection may leave among solid cells: of a force or a gradient.
+    pub projection_tolerance: f64,
     /// Step and weight of a keyframe.
     pub keyframe: &'a dyn Fn(usize) -> Option<(usize, f64)>,
     /// Weight of e itself in the metric.
@@ -92,6 +96,8 @@ pub enum Place {
     Emitter(usize),
     /// Where force may act.
     Mask,
+    /// The table of solid cells, each with its bits as a number: see [`grid::solids`](crate::grid::solids).
+    Solids,
     /// A component of a field of L-BFGS: its number, the slot, the axis.
     Field(usize, usize, usize),
 }
@@ -133,8 +139,8 @@ pub trait Device: Sync + Debug {
     fn form(&self, into: usize, terms: &mut dyn Iterator<Item = (f64, usize)>);
     /// max |div d| h_x / max |d| of a field, and max |d|.
     fn divergence(&self, field: usize) -> [f64; 2];
-    /// Projects a field, once.
-    fn project(&self, field: usize);
+    /// Projects a field, once; among solid cells until at most this part of its divergence is left.
+    fn project(&self, field: usize, tolerance: f64);
     /// v += s times a field.
     fn advance(&self, field: usize, s: f64);
     /// v = v_0 + keep (v - v_0) in all slots.

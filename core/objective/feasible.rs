@@ -17,7 +17,7 @@ use core::ops::ControlFlow;
 /// max |div d| h_x / max |d| that a direction d may have.
 pub const CLEAN: f64 = 4e-5;
 /// Part of its divergence that a projected direction may keep.
-const DIRECTION_TOLERANCE: f64 = 0.02;
+pub const DIRECTION_TOLERANCE: f64 = 0.02;
 
 impl<T: Real> Evaluation<'_, '_, T> {
     /// Projects every slot, to a part `tolerance` of the divergence that it has; max |div| after it, which is not finite where the field is

@@ -140,9 +140,9 @@ impl Device for Gpu {
         })
     }
 
-    fn project(&self, field: usize) {
+    fn project(&self, field: usize, tolerance: f64) {
         self.with((), |state, machine| {
-            state.project(machine, &state.fields[field]);
+            state.project(machine, &state.fields[field], tolerance);
         });
     }
 

@@ -9,7 +9,7 @@ use wgpu::{
 /// Elements that a group of a kernel takes.
 pub const GROUP: u64 = 256;
 
-/// A file of kernels: its name, its text, and the buffers that it binds.
+/// A file of kernels: its name, its text, and the buffers that it binds, of which the last is the table of solid cells.
 struct File {
     name: &'static str,
     text: &'static str,
@@ -21,22 +21,22 @@ const FILES: [File; 4] = [
     File {
         name: "elements",
         text: include_str!("kernels/elements.wgsl"),
-        buffers: 3,
+        buffers: 4,
     },
     File {
         name: "force",
         text: include_str!("kernels/force.wgsl"),
-        buffers: 4,
+        buffers: 5,
     },
     File {
         name: "spectral",
         text: include_str!("kernels/spectral.wgsl"),
-        buffers: 3,
+        buffers: 4,
     },
     File {
         name: "transport",
         text: include_str!("kernels/transport.wgsl"),
-        buffers: 6,
+        buffers: 7,
     },
 ];
 
@@ -56,6 +56,7 @@ macro_rules! kernels {
 
 kernels! {
     Add: 0, "add";
+    AddEach: 0, "add_each";
     Multiply: 0, "multiply";
     Fill: 0, "fill";
     Forget: 0, "forget";
@@ -68,11 +69,15 @@ kernels! {
     LiftBack: 1, "lift_back";
     Push: 1, "push";
     Weigh: 1, "weigh";
+    Close: 1, "close";
     Divergence: 2, "divergence";
     SubtractGradient: 2, "subtract_gradient";
     Transform: 2, "transform";
     Invert: 2, "invert";
     FilterAll: 2, "filter_all";
+    Gaussian: 2, "gaussian";
+    ThroughOpen: 2, "through_open";
+    BesideSolids: 2, "beside_solids";
     Carry: 3, "carry";
     CarryBack: 3, "carry_back";
     Courant: 3, "courant";
@@ -216,7 +221,7 @@ fn module(device: &Device, name: &str, text: String) -> ShaderModule {
         ..ShaderRuntimeChecks::checked()
     };
     // SAFETY: the texts are those of FILES alone. Every loop there counts up to a number of terms, elements or axes, or halves a number down to
-    // 0, so none is endless. Divisors are 1, 2, 16, 64, the axes, and numbers of cells, groups and tiles, of which there is 1 at least.
+    // 0, so none is endless. Divisors are 1, 2, 16, 64, the axes, and numbers of cells, groups and tiles, of which there is 1 at least, and no remainder is of -1.
     unsafe { device.create_shader_module_trusted(described, checks) }
 }
 

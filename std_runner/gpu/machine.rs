@@ -44,6 +44,8 @@ pub struct Machine {
     /// Where sums are left, and where they are read.
     sums: Field,
     nothing: Field,
+    /// The table of solid cells of the search, if there is one.
+    solids: Option<Part>,
     staging: Buffer,
     taken: usize,
     /// Bytes that were written since the device took some.
@@ -95,6 +97,7 @@ impl Machine {
         let machine = Self {
             sums: of("sums", SUMS),
             nothing: of("nothing", 64),
+            solids: None,
             device,
             queue,
             kernels,
@@ -111,9 +114,10 @@ impl Machine {
         }
     }
 
-    /// Compiles the kernels for boxes of so many axes, unless they are.
-    pub fn compile(&mut self, dims: usize) {
+    /// Compiles the kernels for boxes of so many axes, unless they are, which see this table of solid cells.
+    pub fn compile(&mut self, dims: usize, solids: Option<Part>) {
         self.kernels.compile(&self.device, dims);
+        self.solids = solids;
     }
 
     /// Its limits.
@@ -258,9 +262,15 @@ impl Machine {
 
     fn dispatch(&mut self, kernel: Kernel, parts: &[Option<Part>], numbers: &Numbers, groups: [u32; 2]) {
         let nothing = self.nothing.step(0);
+        let solids = self.solids.as_ref().unwrap_or(&nothing);
         let entries: Vec<_> = (0..kernel.buffers())
             .map(|binding| {
                 let part = parts.get(binding).and_then(Option::as_ref).unwrap_or(&nothing);
+                let part = if binding + 1 == kernel.buffers() {
+                    solids
+                } else {
+                    part
+                };
                 BindGroupEntry {
                     binding: binding as u32,
                     resource: BindingResource::Buffer(BufferBinding {

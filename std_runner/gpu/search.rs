@@ -153,7 +153,7 @@ impl State {
         let data = self.carry_all(machine);
         let w = &self.fields[force];
         self.accelerate(machine, w);
-        self.project(machine, w);
+        self.project(machine, w, self.facts.projection_tolerance);
         let [price, plain] = self.price(machine, w);
         let sums = machine.sums();
         let weight = 0.5 * self.facts.force_weight;
@@ -170,7 +170,7 @@ impl State {
         };
         // With a mask it is no derivative along fields free of divergence before.
         if self.facts.room.masked {
-            (0..PASSES).for_each(|_| self.project(machine, z));
+            (0..PASSES).for_each(|_| self.project(machine, z, self.facts.projection_tolerance));
         }
         let out = &self.fields[into];
         for slot in 0..self.facts.room.slots {
@@ -195,7 +195,7 @@ impl State {
         }
         self.go_back(machine, into, z);
         for _ in 0..PASSES {
-            self.project(machine, out);
+            self.project(machine, out, self.facts.projection_tolerance);
             let [divergence, largest] = self.relative_divergence(machine, into);
             if !largest.is_finite() {
                 return Err(NotFinite);
@@ -254,7 +254,7 @@ impl State {
             self.weigh(machine, &self.divided, false, least);
             self.divide_by_curls(machine, &self.divided, image);
             self.weigh(machine, image, false, least);
-            (0..PASSES).for_each(|_| self.project(machine, image));
+            (0..PASSES).for_each(|_| self.project(machine, image, self.facts.projection_tolerance));
             return;
         }
         self.divide_by_curls(machine, y, image);

@@ -3,11 +3,14 @@
 use crate::kernels::{FLAGS, Kernel, Numbers};
 use crate::machine::Machine;
 use crate::memory::{Field, Part};
-use crate::state::{Cell, State, largest_of, worse};
+use crate::state::{Cell, State, gaussians, largest_of, most, rows_of, total, worse};
 
 /// Windows of so many slots whose largest numbers come back together at most.
 const MEASURED: usize = 128;
 
+/// Corrections of a projection among solid cells at most, and steps of conjugate gradients in each: as in core/poisson.
+const CORRECTIONS: usize = 4;
+const STEPS: usize = 60;
 /// Rows and columns of a transform that a group makes: `SIDE` in `kernels/spectral.wgsl`.
 const SIDE: usize = 64;
 
@@ -83,11 +86,46 @@ impl State {
             second: self.facts.room.filters as u32,
             ..self.numbers()
         };
+        if self.facts.room.solids {
+            return self.blur_among_solids(machine, e, out);
+        }
         if self.facts.room.filters == 0 {
             return self.add(machine, out.clone(), [self.facts.identity, 0.0], None);
         }
         let parts = [out.clone(), self.cell(Cell::Work)];
         self.multiply_coefficients(machine, &parts, (Kernel::FilterAll, numbers), 1);
+    }
+
+    /// `out` = C e = identity F e + the sum over j of F G_j F G_j F e, F leaving solid cells out (core/operators/blur.rs).
+    fn blur_among_solids(&self, machine: &mut Machine, e: &Part, out: &Part) {
+        let leave_out = |machine: &mut Machine, field: &Part, a: f64| {
+            let size = (1, self.apart());
+            self.of_steps(machine, Kernel::BesideSolids, &[Some(field.clone())], size, a);
+        };
+        leave_out(machine, out, self.facts.identity);
+        let lines: usize = self.facts.room.cells.iter().take(self.facts.room.dims).sum();
+        let mut taps = self.eigenvalues() + (1 + self.facts.room.filters) * lines;
+        let [mut now, mut next] = [Cell::A, Cell::B].map(|cell| self.cell(cell));
+        for gaussian in gaussians(&self.facts.room) {
+            self.add(machine, now.clone(), [0.0, 1.0], Some(e.clone()));
+            for _ in 0..2 {
+                leave_out(machine, &now, 1.0);
+                for axis in 0..self.facts.room.dims {
+                    let numbers = Numbers {
+                        axis: axis as u32,
+                        first: taps as u32,
+                        second: gaussian.radius as u32,
+                        ..self.numbers()
+                    };
+                    let parts = [Some(next.clone()), Some(now.clone()), Some(self.table.step(0))];
+                    machine.run(Kernel::Gaussian, &parts, &numbers, self.count());
+                    core::mem::swap(&mut now, &mut next);
+                }
+            }
+            leave_out(machine, &now, 1.0);
+            self.add(machine, out.clone(), [1.0, 1.0], Some(now.clone()));
+            taps += gaussian.radius + 1;
+        }
     }
 
     /// div of `count` slots of a field from `first` on, in the potentials.
@@ -103,30 +141,164 @@ impl State {
         machine.run(Kernel::Divergence, &parts, &numbers, count * self.apart());
     }
 
-    /// Projects all slots of a field.
-    pub fn project(&self, machine: &mut Machine, field: &Field) {
-        let d = self.facts.room.dims;
-        for (first, count) in field.windows(self.potentials[0].steps()) {
-            let numbers = Numbers {
-                count: count as u32,
-                ..self.numbers()
-            };
-            self.divergence(machine, field, (first, count));
-            let parts = self.potentials.each_ref().map(|field| field.part(0, count));
-            let invert = Numbers {
-                first: self.eigenvalues() as u32,
-                ..numbers
-            };
-            self.multiply_coefficients(machine, &parts, (Kernel::Invert, invert), count);
-            let [potentials, _] = parts;
-            let bound = [Some(field.part(first, count)), Some(potentials)];
-            machine.run(
-                Kernel::SubtractGradient,
-                &bound,
-                &numbers,
-                count * d * self.apart(),
-            );
+    /// Projects all slots of a field, once; among solid cells until at most this part of its divergence is left.
+    pub fn project(&self, machine: &mut Machine, field: &Field, tolerance: f64) {
+        for window in field.windows(self.potentials[0].steps()) {
+            if self.facts.room.solids {
+                self.project_among_solids(machine, field, window, tolerance);
+            } else {
+                self.divergence(machine, field, window);
+                self.solve_in_box(machine, &self.potentials[0], window.1);
+                self.subtract_gradient(machine, field, window);
+            }
         }
+    }
+
+    /// Fields q with div grad q = what is in `count` of them, in the box without solid cells.
+    fn solve_in_box(&self, machine: &mut Machine, fields: &Field, count: usize) {
+        let invert = Numbers {
+            first: self.eigenvalues() as u32,
+            count: count as u32,
+            ..self.numbers()
+        };
+        let parts = [fields, &self.potentials[1]].map(|field| field.part(0, count));
+        self.multiply_coefficients(machine, &parts, (Kernel::Invert, invert), count);
+    }
+
+    /// The potentials' gradient off `count` slots of a field from `first` on.
+    fn subtract_gradient(&self, machine: &mut Machine, field: &Field, (first, count): (usize, usize)) {
+        let bound = [
+            Some(field.part(first, count)),
+            Some(self.potentials[0].part(0, count)),
+        ];
+        self.of_steps(
+            machine,
+            Kernel::SubtractGradient,
+            &bound,
+            (count, field.numbers()),
+            1.0,
+        );
+    }
+
+    /// A kernel over `count` steps of so many numbers, which is told a number.
+    fn of_steps(
+        &self,
+        machine: &mut Machine,
+        kernel: Kernel,
+        parts: &[Option<Part>],
+        (count, numbers): (usize, usize),
+        a: f64,
+    ) {
+        let told = Numbers {
+            a: a as f32,
+            count: count as u32,
+            ..self.numbers()
+        };
+        machine.run(kernel, parts, &told, count * numbers);
+    }
+
+    /// As core/poisson: defect corrections, each of which starts from the divergence that is left.
+    fn project_among_solids(
+        &self,
+        machine: &mut Machine,
+        field: &Field,
+        (first, count): (usize, usize),
+        tolerance: f64,
+    ) {
+        let part = field.part(first, count);
+        let close = |machine: &mut Machine| {
+            let size = (count, field.numbers());
+            self.of_steps(machine, Kernel::Close, &[Some(part.clone())], size, 1.0);
+        };
+        close(machine);
+        let mut goal = None;
+        for _ in 0..CORRECTIONS {
+            self.divergence(machine, field, (first, count));
+            let ranges = [
+                self.largest(machine, self.potentials[0].part(0, count), 1),
+                self.largest(machine, part.clone(), 1),
+            ];
+            let sums = machine.sums();
+            let [divergence, speed] = ranges.map(|range| largest_of(&sums, &range));
+            let rounding = 4.0 * f64::from(f32::EPSILON) * speed * self.facts.inverse[0];
+            let goal = *goal.get_or_insert((tolerance * divergence).max(rounding));
+            if !(divergence > goal) {
+                return;
+            }
+            self.solve_among_solids(machine, count, 0.5 * goal);
+            self.subtract_gradient(machine, field, (first, count));
+            close(machine);
+        }
+    }
+
+    /// Conjugate gradients, preconditioned by the box's own solve (core/poisson/conjugate.rs), in all slots of a batch together: the potentials
+    /// q with div grad q = what they were through open faces, until no residual is above `goal`.
+    fn solve_among_solids(&self, machine: &mut Machine, count: usize, goal: f64) {
+        let [residual, mut direction, mut image] = self.conjugate.each_ref();
+        let (q, all) = (self.potentials[0].part(0, count), |field: &Field| {
+            field.part(0, count)
+        });
+        self.add(machine, all(residual), [0.0, -1.0], Some(q.clone()));
+        self.add(machine, q.clone(), [0.0, 0.0], None);
+        let precondition = |machine: &mut Machine, out: &Field| {
+            self.add(machine, all(out), [0.0, 1.0], Some(all(residual)));
+            self.solve_in_box(machine, out, count);
+            let size = (count, self.apart());
+            self.of_steps(machine, Kernel::BesideSolids, &[Some(all(out))], size, -1.0);
+        };
+        // <residual, x> and max |residual| of each slot.
+        let measure = |machine: &mut Machine, x: &Field| {
+            let slopes = self.dot_rows(machine, all(residual), Some(all(x)), count);
+            let sizes = self.largest(machine, all(residual), count);
+            let sums = machine.sums();
+            let slopes = rows_of(&sums, &slopes, count).map(total);
+            let sizes = rows_of(&sums, &sizes, count).map(most);
+            slopes.zip(sizes).collect::<Vec<_>>()
+        };
+        let goes_on = |&(slope, size): &(f64, f64)| slope > 0.0 && size > goal;
+        precondition(machine, direction);
+        let mut now = measure(machine, direction);
+        for _ in 0..STEPS {
+            if !now.iter().any(goes_on) {
+                return;
+            }
+            let bound = [Some(all(image)), Some(all(direction))];
+            self.of_steps(machine, Kernel::ThroughOpen, &bound, (count, self.apart()), 1.0);
+            let curvatures = self.dot_rows(machine, all(direction), Some(all(image)), count);
+            let sums = machine.sums();
+            let curvatures = rows_of(&sums, &curvatures, count).map(total);
+            let share = |now: &(f64, f64), share: f64| if goes_on(now) { share } else { 0.0 };
+            let lengths = now.iter().zip(curvatures);
+            self.tell_factors(machine, lengths.map(|(now, of)| share(now, now.0 / of)));
+            self.add_each(machine, q.clone(), 1.0, all(direction));
+            self.add_each(machine, all(residual), -1.0, all(image));
+            precondition(machine, image);
+            let next = measure(machine, image);
+            let both = now.iter().zip(&next);
+            self.tell_factors(machine, both.map(|(now, next)| share(now, next.0 / now.0)));
+            self.add_each(machine, all(image), 1.0, all(direction));
+            core::mem::swap(&mut direction, &mut image);
+            now = next;
+        }
+    }
+
+    /// Writes a factor for each slot of a batch.
+    fn tell_factors(&self, machine: &mut Machine, factors: impl Iterator<Item = f64>) {
+        let mut factors: Vec<f32> = factors.map(|factor| factor as f32).collect();
+        machine.write(&self.factors.step(0), 1, &mut factors, &mut |_, _| {});
+    }
+
+    /// to += b f x in every slot, f being its factor.
+    fn add_each(&self, machine: &mut Machine, to: Part, b: f64, x: Part) {
+        let count = (to.bytes / 4) as usize;
+        let numbers = Numbers {
+            a: 1.0,
+            b: b as f32,
+            count: count as u32,
+            ..self.numbers()
+        };
+        let parts = [Some(to), Some(x), Some(self.factors.step(0))];
+        machine.run(Kernel::AddEach, &parts, &numbers, count);
     }
 
     /// max |div| of a field, and max |x|; 1e30 where that is not finite.
@@ -138,8 +310,8 @@ impl State {
             for &(first, count) in windows {
                 self.divergence(machine, field, (first, count));
                 ranges.push([
-                    self.largest(machine, self.potentials[0].part(0, count)),
-                    self.largest(machine, field.part(first, count)),
+                    self.largest(machine, self.potentials[0].part(0, count), 1),
+                    self.largest(machine, field.part(first, count), 1),
                 ]);
             }
             let sums = machine.sums();

@@ -5,6 +5,7 @@ use crate::machine::Machine;
 use crate::memory::{Field, Part, Plan, Size, apart};
 use core::ops::Range;
 use thurible_core::exec::device::{Place, Room, Search};
+use thurible_core::grid::gaussian::Gaussian;
 use wgpu::Limits;
 
 /// Slots that are projected together at most.
@@ -27,10 +28,11 @@ pub enum Cell {
 
 const CELLS: usize = 8;
 
-/// Which axes are rings, as kernels are told.
+/// Which axes are rings, and whether there are solid cells, as kernels are told.
 fn flags(search: &Search<'_>) -> u32 {
     let rings = search.rings.iter().enumerate();
-    rings.fold(0, |bits, (axis, &ring)| bits | (u32::from(ring) << axis))
+    let solids = u32::from(search.room.solids) << 3;
+    rings.fold(solids, |bits, (axis, &ring)| bits | (u32::from(ring) << axis))
 }
 
 /// The numbers of a search that stay as they are.
@@ -47,6 +49,7 @@ pub struct Facts {
     pub coupling: f64,
     pub courant: [f64; 2],
     pub negligible: f64,
+    pub projection_tolerance: f64,
     pub keyframes: Vec<(usize, f64)>,
     pub identity: f64,
     pub least_of_mask: f64,
@@ -82,6 +85,7 @@ impl Facts {
             coupling: search.coupling,
             courant: search.courant,
             negligible: search.negligible,
+            projection_tolerance: search.projection_tolerance,
             keyframes: (0..).map_while(|index| (search.keyframe)(index)).collect(),
             identity: search.identity,
             least_of_mask: search.least_of_mask,
@@ -97,13 +101,19 @@ impl Facts {
     }
 }
 
+/// The filters of the metric that are added up tap by tap: all of them among solid cells.
+pub fn gaussians(room: &Room) -> impl Iterator<Item = Gaussian> + use<> {
+    (1..=if room.solids { room.filters } else { 0 }).map(Gaussian::new)
+}
+
 /// What a search takes of a device, in the order of [`State`].
 pub fn plan(limits: &Limits, room: &Room) -> Plan {
     let cells = apart(room.cells.iter().product());
     let faces = room.dims * cells;
     let axes = || room.cells.iter().take(room.dims);
     let (lines, matrices): (usize, usize) = (axes().sum(), axes().map(|n| n * n).sum());
-    let table = apart(matrices + (1 + room.filters) * lines);
+    let taps: usize = gaussians(room).map(|gaussian| gaussian.radius + 1).sum();
+    let table = apart(matrices + (1 + room.filters) * lines + taps);
     let steps = |there: bool, steps: usize| if there { steps } else { 0 };
     let batch = BATCH.min(room.slots);
     let mut plan = Plan::default();
@@ -115,10 +125,15 @@ pub fn plan(limits: &Limits, room: &Room) -> Plan {
     add("regions", steps(room.regions, room.keyframes), cells);
     add("shapes of emitters", room.emitters, cells);
     add("mask", steps(room.masked, 1), cells);
+    add("solid cells", steps(room.solids, 1), cells);
     add("gradient of a step", 1, faces);
     add("states and stages of transport, metric", STATES + CELLS, cells);
     add("potentials", batch, cells);
     add("potentials, transformed", batch, cells);
+    for _ in 0..3 {
+        add("conjugate gradients", steps(room.solids, batch), cells);
+    }
+    add("factors of a batch", steps(room.solids, 1), apart(batch));
     add("eigenvectors and eigenvalues", 1, table);
     add("force times its price", steps(room.weighs, room.slots), faces);
     add("force divided by its mask", steps(room.masked, room.slots), faces);
@@ -137,9 +152,13 @@ pub struct State {
     regions: Field,
     emitters: Field,
     mask: Field,
+    solids: Field,
     gradient: Field,
     cells: Field,
     pub potentials: [Field; 2],
+    /// Residuals, directions and images of conjugate gradients, and a factor for each slot of a batch.
+    pub conjugate: [Field; 3],
+    pub factors: Field,
     pub table: Field,
     pub priced: Field,
     pub divided: Field,
@@ -154,7 +173,6 @@ impl State {
         let facts = Facts::new(search);
         let plan = plan(machine.limits(), &search.room);
         plan.check(machine.limits(), most)?;
-        machine.compile(search.room.dims);
         let none = || plan.refusal("the device has not so much left");
         let mut fields = machine.fields(plan.sizes()).ok_or_else(none)?.into_iter();
         let mut next = || fields.next().ok_or_else(none);
@@ -166,9 +184,12 @@ impl State {
             regions: next()?,
             emitters: next()?,
             mask: next()?,
+            solids: next()?,
             gradient: next()?,
             cells: next()?,
             potentials: [next()?, next()?],
+            conjugate: [next()?, next()?, next()?],
+            factors: next()?,
             table: next()?,
             priced: next()?,
             divided: next()?,
@@ -177,13 +198,15 @@ impl State {
             facts,
         };
         state.fields = fields.collect();
+        let solids = search.room.solids.then(|| state.solids.step(0));
+        machine.compile(search.room.dims, solids);
         let mut table = state.numbers_of_axes(search);
         let part = state.table.step(0);
         machine.write(&part, 1, &mut table, &mut |_, _| {});
         Ok(state)
     }
 
-    /// Matrices axis by axis, eigenvalues axis by axis, those of each filter axis by axis.
+    /// Matrices axis by axis, eigenvalues axis by axis, those of each filter axis by axis, taps filter by filter.
     fn numbers_of_axes(&self, search: &Search<'_>) -> Vec<f32> {
         let axes = || search.room.cells.into_iter().enumerate().take(search.room.dims);
         let mut table = Vec::with_capacity(self.table.numbers());
@@ -199,6 +222,9 @@ impl State {
             for (axis, n) in axes() {
                 table.extend((0..n).map(|k| (search.blur)([axis, j, k]) as f32));
             }
+        }
+        for gaussian in gaussians(&search.room) {
+            table.extend(gaussian.taps().map(|(_, tap)| tap as f32));
         }
         table
     }
@@ -239,6 +265,7 @@ impl State {
             Place::Region(index) => self.regions.step(index),
             Place::Emitter(index) => self.emitters.step(index),
             Place::Mask => self.mask.step(0),
+            Place::Solids => self.solids.step(0),
             Place::Field(which, slot, axis) => self.fields[which].step(slot).of_axis(axis, self.apart()),
         }
     }
@@ -319,14 +346,19 @@ impl State {
 
     /// Begins the sum of x y over parts, or of x x.
     pub fn dot(&self, machine: &mut Machine, x: Part, y: Option<Part>) -> Range<usize> {
-        let base = self.numbers();
+        self.dot_rows(machine, x, y, 1)
+    }
+
+    /// Begins that of each of so many rows of them.
+    pub fn dot_rows(&self, machine: &mut Machine, x: Part, y: Option<Part>, rows: usize) -> Range<usize> {
+        let (base, elements) = (self.numbers(), (x.bytes / 4) as usize / rows);
         let numbers = Numbers {
-            count: (x.bytes / 4) as u32,
+            count: elements as u32,
             flags: base.flags | (u32::from(y.is_none()) << FLAGS),
             ..base
         };
-        let elements = (1, numbers.count as usize);
-        machine.reduce(Kernel::DotAll, [Some(x), y, None, None, None], numbers, elements)
+        let parts = [Some(x), y, None, None, None];
+        machine.reduce(Kernel::DotAll, parts, numbers, (rows, elements))
     }
 
     /// [`Self::dot`] of whole fields.
@@ -339,19 +371,15 @@ impl State {
         ranges.reduce(|all, range| all.start..range.end).unwrap_or(0..0)
     }
 
-    /// Begins the largest |x| of a part.
-    pub fn largest(&self, machine: &mut Machine, x: Part) -> Range<usize> {
+    /// Begins the largest |x| of each of so many rows of a part.
+    pub fn largest(&self, machine: &mut Machine, x: Part, rows: usize) -> Range<usize> {
+        let elements = (x.bytes / 4) as usize / rows;
         let numbers = Numbers {
-            count: (x.bytes / 4) as u32,
+            count: elements as u32,
             ..self.numbers()
         };
-        let elements = (1, numbers.count as usize);
-        machine.reduce(
-            Kernel::Largest,
-            [Some(x), None, None, None, None],
-            numbers,
-            elements,
-        )
+        let parts = [Some(x), None, None, None, None];
+        machine.reduce(Kernel::Largest, parts, numbers, (rows, elements))
     }
 
     /// Begins the Courant numbers of the steps of some flows, the same count of numbers for each.
@@ -362,10 +390,14 @@ impl State {
     }
 }
 
+/// Their sum.
+pub fn total(sums: &[f32]) -> f64 {
+    sums.iter().map(|&sum| f64::from(sum)).sum()
+}
+
 /// The sum of the numbers in a range.
 pub fn sum_of(sums: &[f32], range: &Range<usize>) -> f64 {
-    let sums = sums.get(range.clone()).unwrap_or(&[f32::NAN]);
-    sums.iter().map(|&sum| f64::from(sum)).sum()
+    total(sums.get(range.clone()).unwrap_or(&[f32::NAN]))
 }
 
 /// The larger of two numbers, or what is none.
@@ -374,18 +406,17 @@ pub fn worse(most: f64, next: f64) -> f64 {
 }
 
 /// The largest of them.
-pub fn largest_of(sums: &[f32], range: &Range<usize>) -> f64 {
-    let sums = sums.get(range.clone()).unwrap_or(&[f32::NAN]);
+pub fn most(sums: &[f32]) -> f64 {
     sums.iter().map(|&sum| f64::from(sum)).fold(0.0, worse)
 }
 
-/// The largest of each of so many rows of them.
-pub fn largest_of_rows<'s>(
-    sums: &'s [f32],
-    range: &Range<usize>,
-    rows: usize,
-) -> impl Iterator<Item = f64> + 's {
+/// The largest of the numbers in a range.
+pub fn largest_of(sums: &[f32], range: &Range<usize>) -> f64 {
+    most(sums.get(range.clone()).unwrap_or(&[f32::NAN]))
+}
+
+/// The numbers of each of so many rows.
+pub fn rows_of<'s>(sums: &'s [f32], range: &Range<usize>, rows: usize) -> impl Iterator<Item = &'s [f32]> {
     let sums = sums.get(range.clone()).unwrap_or(&[]);
     sums.chunks((sums.len() / rows.max(1)).max(1))
-        .map(|part| largest_of(part, &(0..part.len())))
 }

@@ -3,7 +3,7 @@
 use crate::kernels::{FLAGS, Kernel, Numbers};
 use crate::machine::Machine;
 use crate::memory::{Field, Part};
-use crate::state::{Cell, STATES, State, largest_of_rows, sum_of};
+use crate::state::{Cell, STATES, State, most, rows_of, sum_of};
 use thurible_core::exec::device::{NotFinite, Place};
 use thurible_core::transport::KEEP;
 
@@ -16,15 +16,15 @@ impl State {
     /// Counts the sub-steps of every step.
     pub fn count_substeps(&mut self, machine: &mut Machine) -> Result<(), NotFinite> {
         let v = self.velocity();
-        let [of_substep, most] = self.facts.courant;
+        let [of_substep, bound] = self.facts.courant;
         let mut substeps = Vec::with_capacity(self.facts.room.slots + 1);
         let mut given = Some((self.courant(machine, self.flow(0)), 1));
         for (first, count) in v.windows(TOGETHER) {
             let range = self.courant(machine, v.part(first, count));
             let sums = machine.sums();
             for (range, rows) in given.take().into_iter().chain([(range, count)]) {
-                for courant in largest_of_rows(&sums, &range, rows) {
-                    if !(courant <= most) {
+                for courant in rows_of(&sums, &range, rows).map(most) {
+                    if !(courant <= bound) {
                         return Err(NotFinite);
                     }
                     substeps.push(((courant / of_substep).ceil() as usize).max(1));

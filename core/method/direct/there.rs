@@ -12,7 +12,7 @@ use crate::force::time_line::TimeLine;
 use crate::grid::Grid;
 use crate::grid::spectrum::eigenvector_of;
 use crate::method::first_hessian::LEAST_OF_FLOWS;
-use crate::objective::feasible::CLEAN;
+use crate::objective::feasible::{CLEAN, DIRECTION_TOLERANCE};
 use crate::objective::flow::Evaluation;
 use crate::objective::sweep;
 use crate::observe::Observer;
@@ -74,6 +74,7 @@ pub fn hand_over<T: Real>(
             let step = script.steps().nth(index)?;
             Some((step, wanted(index).weight))
         },
+        projection_tolerance: setup.projection_tolerance,
         identity: metric.identity,
         vector: &|[axis, k, i]| eigenvector_of(grid.axis(axis), k, i).0,
         eigenvalue: &|[axis, k]| eigenvector_of(grid.axis(axis), k, 0).1 / squared(axis),
@@ -98,6 +99,14 @@ pub fn hand_over<T: Real>(
     }
     for index in 0..given.emitters {
         write_cells(Place::Emitter(index), script.shape(index, grid.cells()));
+    }
+    if setup.sweep.obstacles {
+        let solids = evaluation.levels.solids(evaluation.level);
+        device.write(Place::Solids, &mut |row, out| {
+            for (out, bits) in out.iter_mut().zip(solids.row(n, row)) {
+                *out = f32::from(*bits);
+            }
+        });
     }
     if setup.masked {
         write_cells(Place::Mask, script.mask(grid.cells()));
@@ -225,7 +234,7 @@ impl<T: Real, S> Function<T, S> for There<'_, '_, '_, '_, T> {
         self.device.form(newton.direction, &mut terms);
         let mut left = self.device.divergence(newton.direction);
         if !(left[0] <= CLEAN) {
-            self.device.project(newton.direction);
+            self.device.project(newton.direction, DIRECTION_TOLERANCE);
             [left[0], _] = self.device.divergence(newton.direction);
         }
         Stop::heard(observer)?;

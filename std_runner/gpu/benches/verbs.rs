@@ -63,8 +63,8 @@ impl Device for Timed {
         self.time("divergence", |gpu| gpu.divergence(field))
     }
 
-    fn project(&self, field: usize) {
-        self.time("project", |gpu| gpu.project(field));
+    fn project(&self, field: usize, tolerance: f64) {
+        self.time("project", |gpu| gpu.project(field, tolerance));
     }
 
     fn advance(&self, field: usize, s: f64) {

@@ -15,7 +15,7 @@ struct Numbers {
     c: f32,
     // Numbers in all, or fields where a kernel says so.
     count: u32,
-    // Bits 0, 1, 2: which axes are rings. Bits 8 and on: what the kernel is to do.
+    // Bits 0, 1, 2: which axes are rings. Bit 3: whether there are solid cells. Bits 8 and on: what the kernel is to do.
     flags: u32,
     axis: u32,
     first: u32,
@@ -26,6 +26,14 @@ struct Numbers {
 var<immediate> u: Numbers;
 
 const GROUP: u32 = 256u;
+
+// The bits of a cell in the table of solid cells (core/grid/solids.rs); `solids` holds them as numbers, and is declared by each file.
+fn solid_bits(cell: u32) -> u32 {
+    if ((u.flags >> 3u) & 1u) == 0u {
+        return 0u;
+    }
+    return u32(solids[cell]);
+}
 
 fn flag(bit: u32) -> bool {
     return ((u.flags >> (8u + bit)) & 1u) != 0u;
@@ -85,6 +93,11 @@ fn at(here: Site, axis: u32) -> u32 {
 // Whether the low face of a cell along an axis is on a wall.
 fn on_wall(here: Site, axis: u32) -> bool {
     return !is_ring(axis) && at(here, axis) == 0u;
+}
+
+// Whether a solid cell closes the low face of a cell along an axis, or it is on a wall: nothing flows there.
+fn is_closed(here: Site, axis: u32) -> bool {
+    return on_wall(here, axis) || (solid_bits(here.cell) & (2u << axis)) != 0u;
 }
 
 // Whether there is a cell above along an axis.

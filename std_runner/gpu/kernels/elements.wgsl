@@ -3,6 +3,7 @@
 @group(0) @binding(0) var<storage, read_write> to: array<f32>;
 @group(0) @binding(1) var<storage, read_write> x: array<f32>;
 @group(0) @binding(2) var<storage, read_write> y: array<f32>;
+@group(0) @binding(3) var<storage, read_write> solids: array<f32>;
 
 // to = a to + b x; where a is 0 `to` is not read, where b is 0 x is not.
 @compute @workgroup_size(256)
@@ -19,6 +20,15 @@ fn add(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups:
         sum += u.b * x[element];
     }
     to[element] = sum;
+}
+
+// to = a to + b y x in field after field, `apart` elements each, y having a number for each.
+@compute @workgroup_size(256)
+fn add_each(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let element = number(group, groups, local);
+    if element < u.count {
+        to[element] = u.a * to[element] + u.b * y[element / u.apart] * x[element];
+    }
 }
 
 // to *= x.
@@ -49,19 +59,21 @@ fn forget(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
     }
 }
 
-// The sum of x y over `count` elements, or of x x (flag 0), a number for each group at `first` of `to`.
+// The sum of x y over `count` elements, or of x x (flag 0), a number for each group at `first` of `to`; in row after row of so many elements,
+// which are those of group.y.
 @compute @workgroup_size(256)
 fn dot_all(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     // Pieces of 64 are added up first, so that rounding grows with their number and not with that of all elements.
     var all_of_them = 0.0;
     var sum = 0.0;
     var terms = 0u;
+    let begin = group.y * u.count;
     for (var element = group.x * GROUP + local; element < u.count; element += groups.x * GROUP) {
-        var factor = x[element];
+        var factor = x[begin + element];
         if !flag(0u) {
-            factor = y[element];
+            factor = y[begin + element];
         }
-        sum += x[element] * factor;
+        sum += x[begin + element] * factor;
         terms++;
         if terms == 64u {
             all_of_them += sum;
@@ -71,19 +83,20 @@ fn dot_all(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
     }
     let total = sum_in_group(all_of_them + sum, local);
     if local == 0u {
-        to[u.first + group.x] = total;
+        to[u.first + group_number(group, groups)] = total;
     }
 }
 
-// The largest |x| of `count` elements, a number for each group at `first` of `to`; 1e30 where x is not finite.
+// The largest |x| of `count` elements, a number for each group at `first` of `to`; 1e30 where x is not finite; row after row as above.
 @compute @workgroup_size(256)
 fn largest(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     var most = 0.0;
+    let begin = group.y * u.count;
     for (var element = group.x * GROUP + local; element < u.count; element += groups.x * GROUP) {
-        most = max(most, sized(abs(x[element])));
+        most = max(most, sized(abs(x[begin + element])));
     }
     let largest_of_all = largest_in_group(most, local);
     if local == 0u {
-        to[u.first + group.x] = largest_of_all;
+        to[u.first + group_number(group, groups)] = largest_of_all;
     }
 }

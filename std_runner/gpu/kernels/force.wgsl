@@ -8,14 +8,17 @@
 @group(0) @binding(1) var<storage, read_write> v: array<f32>;
 @group(0) @binding(2) var<storage, read_write> w: array<f32>;
 @group(0) @binding(3) var<storage, read_write> other: array<f32>;
+@group(0) @binding(4) var<storage, read_write> solids: array<f32>;
 
 // The faces A-, A+, B-, B+ of the plaquette of a cell.
 fn corners(a: u32, b: u32, here: Site) -> vec4<u32> {
     return vec4<u32>(a * u.apart + beside(here, b, -1), a * u.apart + here.cell, b * u.apart + beside(here, a, -1), b * u.apart + here.cell);
 }
 
+// Whether the plaquette of a cell does nothing: on a wall, or where a solid cell closes one of its faces. Pairs are xy, yz and zx.
 fn is_dead(a: u32, b: u32, here: Site) -> bool {
-    return on_wall(here, a) || on_wall(here, b);
+    let pair = select(select(0u, 2u, a + b == 2u), 1u, a + b == 3u);
+    return on_wall(here, a) || on_wall(here, b) || (solid_bits(here.cell) & (16u << pair)) != 0u;
 }
 
 fn omega(q: vec4<f32>, a: u32, b: u32) -> f32 {
@@ -147,7 +150,7 @@ fn of_axis(axis: u32) -> f32 {
     return select(select(u.c, u.b, axis == 1u), u.a, axis == 0u);
 }
 
-// to, faces, += (a, b, c) times the sum of the cells v at both sides, but for faces on walls.
+// to, faces, += (a, b, c) times the sum of the cells v at both sides, but for closed faces.
 @compute @workgroup_size(256)
 fn lift(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let element = number(group, groups, local);
@@ -157,12 +160,12 @@ fn lift(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
         return;
     }
     let here = site(cell);
-    if !on_wall(here, axis) {
+    if !is_closed(here, axis) {
         to[element] = to[element] + of_axis(axis) * both_sides(here, axis);
     }
 }
 
-// to, cells, += (a, b, c) times the sum of the faces v around it, which are 0 on walls.
+// to, cells, += (a, b, c) times the sum of the faces v around it, which are 0 where they are closed.
 @compute @workgroup_size(256)
 fn lift_back(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let cell = number(group, groups, local);
@@ -182,7 +185,7 @@ fn lift_back(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) g
 }
 
 // to, faces, = (1 - e) to + e (V - v) with V = (a, b, c) and e the least of 1 and the cells w at both sides; flag 0: to begins here, as 0.
-// On walls e is 0.
+// At closed faces e is 0.
 @compute @workgroup_size(256)
 fn push(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let element = number(group, groups, local);
@@ -193,7 +196,7 @@ fn push(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
     }
     let here = site(cell);
     var e = 0.0;
-    if !on_wall(here, axis) {
+    if !is_closed(here, axis) {
         e = min(1.0, min(w[cell], w[beside(here, axis, -1)]));
     }
     var before = 0.0;
@@ -215,4 +218,16 @@ fn weigh(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
     }
     let mask = max(0.5 * both_sides(site(cell), axis), u.a);
     to[element] = select(to[element] * mask, to[element] / mask, flag(0u));
+}
+
+// to, faces at `count` steps, is 0 at closed faces.
+@compute @workgroup_size(256)
+fn close(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let element = number(group, groups, local);
+    let step = element / (u.apart * DIMS);
+    let axis = (element / u.apart) % DIMS;
+    let cell = element % u.apart;
+    if step < u.count && cell < cells() && is_closed(site(cell), axis) {
+        to[element] = 0.0;
+    }
 }

@@ -3,6 +3,7 @@
 @group(0) @binding(0) var<storage, read_write> to: array<f32>;
 @group(0) @binding(1) var<storage, read_write> source: array<f32>;
 @group(0) @binding(2) var<storage, read_write> table: array<f32>;
+@group(0) @binding(3) var<storage, read_write> solids: array<f32>;
 
 // to = div source, at `count` steps.
 @compute @workgroup_size(256)
@@ -26,7 +27,7 @@ fn divergence(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
     to[element] = sum;
 }
 
-// to -= grad source at the faces of `count` steps, but for those on walls.
+// to -= grad source at the faces of `count` steps, but for closed ones.
 @compute @workgroup_size(256)
 fn subtract_gradient(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let element = number(group, groups, local);
@@ -37,7 +38,7 @@ fn subtract_gradient(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workg
         return;
     }
     let here = site(cell);
-    if on_wall(here, axis) {
+    if is_closed(here, axis) {
         return;
     }
     let base = step * u.apart;
@@ -160,4 +161,67 @@ fn filter_all(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
         sum += product;
     }
     to[cell] = sum * to[cell];
+}
+
+// to = A source in `count` fields, A = -div grad through open faces.
+@compute @workgroup_size(256)
+fn through_open(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let element = number(group, groups, local);
+    let cell = element % u.apart;
+    if element / u.apart >= u.count || cell >= cells() {
+        return;
+    }
+    let here = site(cell);
+    let begin = element - cell;
+    let own = source[element];
+    var sum = 0.0;
+    for (var axis = 0u; axis < DIMS; axis++) {
+        let weight = inverse_of(axis) * inverse_of(axis);
+        if !is_closed(here, axis) {
+            sum += weight * (own - source[begin + beside(here, axis, -1)]);
+        }
+        if has_above(here, axis) {
+            let above = moved(here, axis, 1);
+            if !is_closed(above, axis) {
+                sum += weight * (own - source[begin + above.cell]);
+            }
+        }
+    }
+    to[element] = sum;
+}
+
+// to *= a in `count` fields, and is 0 in solid cells.
+@compute @workgroup_size(256)
+fn beside_solids(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let element = number(group, groups, local);
+    let cell = element % u.apart;
+    if element / u.apart < u.count && cell < cells() {
+        to[element] = select(u.a * to[element], 0.0, (solid_bits(cell) & 1u) != 0u);
+    }
+}
+
+// Where a cell at any distance behind the ends of an axis is found: round a ring, mirrored at walls.
+fn mirrored(at: i32, axis: u32) -> u32 {
+    let n = i32(along(axis));
+    let period = select(2 * n, n, is_ring(axis));
+    let place = ((at % period) + period) % period;
+    return u32(select(place, 2 * n - 1 - place, place >= n));
+}
+
+// to = a Gaussian of `second` taps on either side along `axis` of source, a field of cells. Its taps begin at `first` of the table.
+@compute @workgroup_size(256)
+fn gaussian(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let cell = number(group, groups, local);
+    if cell >= cells() {
+        return;
+    }
+    let here = i32(at(site(cell), u.axis));
+    let radius = i32(u.second);
+    var sum = 0.0;
+    for (var offset = -radius; offset <= radius; offset++) {
+        let there = i32(mirrored(here + offset, u.axis));
+        let tap = table[u.first + u32(abs(offset))];
+        sum += tap * source[u32(i32(cell) + (there - here) * i32(stride(u.axis)))];
+    }
+    to[cell] = sum;
 }

@@ -6,6 +6,7 @@
 @group(0) @binding(3) var<storage, read_write> z: array<f32>;
 @group(0) @binding(4) var<storage, read_write> y: array<f32>;
 @group(0) @binding(5) var<storage, read_write> v: array<f32>;
+@group(0) @binding(6) var<storage, read_write> solids: array<f32>;
 
 fn limited(c: f32, d: f32) -> f32 {
     let at_c = c + c;
@@ -52,6 +53,19 @@ fn around_y(here: Site, axis: u32) -> vec4<f32> {
     return vec4<f32>(y[beside(here, axis, -2)], y[beside(here, axis, -1)], y[beside(here, axis, 1)], y[beside(here, axis, 2)]);
 }
 
+// 1 at the faces at -1, 0, 1 and 2 that are open: across those that solid cells close nothing differs. Walls are mirrors already.
+fn open_around(here: Site, axis: u32) -> vec4<f32> {
+    if ((u.flags >> 3u) & 1u) == 0u {
+        return vec4<f32>(1.0);
+    }
+    var open = vec4<f32>(0.0);
+    for (var face = 0; face < 4; face++) {
+        let closes = (solid_bits(beside(here, axis, face - 1)) & (2u << axis)) != 0u;
+        open[face] = select(1.0, 0.0, closes);
+    }
+    return open;
+}
+
 // to = p rho + (1 - p) (y + tau L y), p being `b`; rho is `z`, which is not read where p is 0. What is below `c` is 0. `a` is tau.
 @compute @workgroup_size(256)
 fn carry(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -64,7 +78,7 @@ fn carry(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
     var sum = 0.0;
     for (var axis = 0u; axis < DIMS; axis++) {
         let o = around_y(here, axis);
-        let across = vec4<f32>(o.y - o.x, own - o.y, o.z - own, o.w - o.z);
+        let across = vec4<f32>(o.y - o.x, own - o.y, o.z - own, o.w - o.z) * open_around(here, axis);
         let low = face(here, axis, 0);
         let high = face(here, axis, 1);
         let inflow = low * at_face(o.y, own, across.xyz, low > 0.0) - high * at_face(own, o.z, across.yzw, high > 0.0);
@@ -108,7 +122,7 @@ fn carry_back(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
     var sum = here_z;
     for (var axis = 0u; axis < DIMS; axis++) {
         let o = around_y(here, axis);
-        let across = vec4<f32>(o.y - o.x, here_y - o.y, o.z - here_y, o.w - o.z);
+        let across = vec4<f32>(o.y - o.x, here_y - o.y, o.z - here_y, o.w - o.z) * open_around(here, axis);
         let zs = array<f32, 5>(z[beside(here, axis, -2)], z[beside(here, axis, -1)], here_z, z[beside(here, axis, 1)], z[beside(here, axis, 2)]);
         let faces = vec4<f32>(face(here, axis, -1), face(here, axis, 0), face(here, axis, 1), face(here, axis, 2));
         let scale = u.a * inverse_of(axis);

@@ -9,6 +9,7 @@ use thurible_core::field::VectorMut;
 use thurible_core::force::time_line::TimeLine;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
+use thurible_core::grid::solids::closed;
 use thurible_core::memory::{Arena, Ledger, Pool};
 use thurible_core::method::direct::there::hand_over;
 use thurible_core::method::first_hessian;
@@ -81,6 +82,8 @@ struct Case {
     /// Buoyancy, and two emitters that push: one by a rate, one up to a target.
     emits: bool,
     masked: bool,
+    /// A block of solid cells in the middle, and one at a corner.
+    solids: bool,
 }
 
 const SLOTS: usize = 5;
@@ -138,7 +141,7 @@ fn check<S: Space>(case: &Case) {
     let mut random = Random(7);
     let most = case.speed * grid.h[0];
     let mut v = random.faces(&grid, SLOTS, most);
-    let initial = random.faces(&grid, 1, most);
+    let mut initial = random.faces(&grid, 1, most);
     let keyframes = 2;
     let emitters = if case.emits { 2 } else { 0 };
     let fields = keyframes * (1 + usize::from(case.regions)) + emitters + usize::from(case.masked);
@@ -155,7 +158,7 @@ fn check<S: Space>(case: &Case) {
             stepping: Advection::default().into(),
             largest: 1.0,
             threads: 1,
-            obstacles: false,
+            obstacles: case.solids,
             overlap: false,
         },
         viscosity: case.viscosity,
@@ -184,8 +187,23 @@ fn check<S: Space>(case: &Case) {
     };
     let mut memory = vec![MaybeUninit::new(0u8); 1 << 22];
     let at = memory.as_ptr().align_offset(64);
-    let mut levels = Levels::<f32>::bare(&grid, metric.filters);
+    let mut levels = Levels::<f32>::bare(&grid, metric.filters).with_obstacles(case.solids);
     levels.fill(&mut Arena::new(&mut memory[at..])).unwrap();
+    if case.solids {
+        levels.set_solids(|cell| {
+            let at = grid.cell_at(cell / grid.n[0], cell % grid.n[0]);
+            let within = |from: usize, to: usize| (0..grid.dims).all(|axis| (from..to).contains(&at[axis]));
+            within(3, 5) || within(0, 2)
+        });
+        let (solids, n) = (levels.solids(0), grid.n[0]);
+        for row in 0..grid.rows() {
+            for axis in 0..grid.dims {
+                let of_row = &mut v[axis][row * SLOTS * n..(row + 1) * SLOTS * n];
+                solids.clear(n, row, closed(axis), of_row);
+                solids.clear(n, row, closed(axis), &mut initial[axis][row * n..(row + 1) * n]);
+            }
+        }
+    }
     let mut ledger = Ledger::new();
     Evaluation::<f32>::measure(&levels, 0, &setup.sweep, &mut Pool::measuring(&mut ledger));
     let mut region = vec![f32::NAN; ledger.elements(4)];
@@ -302,7 +320,7 @@ fn check<S: Space>(case: &Case) {
     let [_, speed] = evaluation
         .clean(&Serial, &mut Silent, &mut view_mut(&mut cleaned))
         .unwrap();
-    device.project(4);
+    device.project(4, 0.02);
     let [left, fastest] = device.divergence(4);
     close("max |d|", speed, fastest, speed);
     assert!(left < 1e-4, "{left}");
@@ -340,6 +358,7 @@ fn verbs_in_2d() {
         regions: false,
         emits: false,
         masked: false,
+        solids: false,
     };
     check::<D2>(&plain);
     check::<D2>(&Case {
@@ -352,6 +371,7 @@ fn verbs_in_2d() {
         regions: true,
         emits: false,
         masked: false,
+        solids: false,
     });
     check::<D2>(&Case {
         cells: &[15, 11],
@@ -363,6 +383,12 @@ fn verbs_in_2d() {
         smoothing: 2e-3,
         scheduled: true,
         masked: true,
+        ..plain
+    });
+    check::<D2>(&Case {
+        speed: 0.5,
+        emits: true,
+        solids: true,
         ..plain
     });
     // Lines longer than a tile of a transform.
@@ -384,6 +410,7 @@ fn verbs_in_3d() {
         regions: true,
         emits: false,
         masked: false,
+        solids: false,
     });
     check::<D3>(&Case {
         cells: &[6, 7, 9],
@@ -395,6 +422,7 @@ fn verbs_in_3d() {
         regions: false,
         emits: false,
         masked: false,
+        solids: false,
     });
     check::<D3>(&Case {
         cells: &[7, 6, 8],
@@ -406,6 +434,19 @@ fn verbs_in_3d() {
         regions: true,
         emits: true,
         masked: true,
+        solids: false,
+    });
+    check::<D3>(&Case {
+        cells: &[9, 8, 7],
+        boundary: &[Wall, Periodic, Wall],
+        speed: 0.8,
+        smoothing: 1e-3,
+        viscosity: 1e-4,
+        scheduled: false,
+        regions: false,
+        emits: false,
+        masked: false,
+        solids: true,
     });
     check::<D3>(&Case {
         cells: &[66, 5, 65],
@@ -417,5 +458,6 @@ fn verbs_in_3d() {
         regions: false,
         emits: false,
         masked: false,
+        solids: false,
     });
 }
