@@ -229,6 +229,8 @@ def main():
     parser.add_argument("--work", type=float, help="seconds of a cell and slot on one core, where others use this machine [default: as measured]")
     parser.add_argument("--threads", type=int, default=8, help="of a rank in the tables, each as fast as one core here")
     options = parser.parse_args()
+    if not options.beside and len(set(options.cells)) < 2:
+        parser.error("give at least two --cells: seconds of a message and of a byte cannot be told apart by one")
     options.program = options.program.resolve()
     beside(options) if options.beside else table(options)
 

@@ -5,6 +5,7 @@
 //! asks for them. One search at a time is on a device: what is set, saved or solved by others meanwhile, it does not hear of.
 
 use core::fmt::Debug;
+use core::ops::Range;
 
 /// What the memory of a search on one grid follows from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,8 +24,10 @@ pub struct Room {
     pub regions: bool,
     /// Emitters.
     pub emitters: usize,
-    /// Whether there are solid cells.
+    /// Whether there are solid cells, or cells outside of open sides.
     pub solids: bool,
+    /// Whether there are obstacles among them.
+    pub obstacles: bool,
     /// Whether the price of the force differs from place to place.
     pub masked: bool,
     /// Whether the force has another price than its square.
@@ -33,14 +36,16 @@ pub struct Room {
     pub filters: usize,
 }
 
-/// A search on one grid: between walls or on rings, by limited transport.
+/// A search on one grid, by limited transport.
 pub struct Search<'a> {
     /// How large it is.
     pub room: Room,
     /// 1 / h along each axis, in box lengths.
     pub inverse: [f64; 3],
-    /// Which axes are rings; the others end at walls.
+    /// Which axes are rings; the others end at walls or open sides.
     pub rings: [bool; 3],
+    /// The cells inside along each axis; those before and after are outside of open sides.
+    pub inside: [Range<usize>; 3],
     /// nu.
     pub viscosity: f64,
     /// r.

@@ -32,9 +32,12 @@ fn half_waves(axis: Axis, parity: Parity, k: usize) -> usize {
     }
 }
 
-/// Value `i` of eigenvector `k` of an axis without open sides, even ones before odd ones, scaled to length 1, and its eigenvalue times h^2.
+/// Value `i` of eigenvector `k` of an axis, even ones before odd ones, scaled to length 1, and its eigenvalue times h^2.
 #[must_use]
 pub fn eigenvector_of(axis: Axis, k: usize, i: usize) -> (f64, f64) {
+    if !open_modes::folds(axis) {
+        return open_modes::eigenvector(axis, k, i);
+    }
     let even = Parity::Even.count(axis.cells());
     match k.checked_sub(even) {
         None => eigenvector(axis, Parity::Even, k, i),

@@ -138,9 +138,18 @@ impl Machine {
     /// Takes fields of these sizes, or none of them.
     pub fn fields(&self, sizes: &[Size]) -> Option<Vec<Field>> {
         let scope = self.device.push_error_scope(ErrorFilter::OutOfMemory);
-        let fields = sizes.iter().map(|&size| Field::new(&self.device, size)).collect();
+        let fields: Vec<_> = sizes.iter().map(|&size| Field::new(&self.device, size)).collect();
+        // All of it is 0 before anything else is done: what the device has not so much of is refused now, and nothing is cleared later on.
+        let mut encoder = self
+            .device
+            .create_command_encoder(&CommandEncoderDescriptor::default());
+        for buffer in fields.iter().flat_map(Field::buffers) {
+            encoder.clear_buffer(buffer, 0, None);
+        }
+        self.queue.submit([encoder.finish()]);
+        let waited = self.device.poll(PollType::wait_indefinitely()).is_ok();
         let refused = block_on(scope.pop());
-        refused.is_none().then_some(fields)
+        (waited && refused.is_none()).then_some(fields)
     }
 
     /// Writes `rows` rows of numbers into a part from its beginning, each as long as `values` and as `row` fills them in.

@@ -164,6 +164,11 @@ impl Field {
         Self { size, buffers }
     }
 
+    /// The buffers that it lies in.
+    pub fn buffers(&self) -> impl Iterator<Item = &Buffer> {
+        self.buffers.iter()
+    }
+
     /// See [`Size::windows`].
     pub fn windows(&self, most: usize) -> impl Iterator<Item = (usize, usize)> + use<> {
         self.size.windows(most)

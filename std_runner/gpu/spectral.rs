@@ -4,6 +4,7 @@ use crate::kernels::{FLAGS, Kernel, Numbers};
 use crate::machine::Machine;
 use crate::memory::{Field, Part};
 use crate::state::{Cell, State, gaussians, largest_of, most, rows_of, total, worse};
+use thurible_core::grid::solids::SOLID;
 
 /// Windows of so many slots whose largest numbers come back together at most.
 const MEASURED: usize = 128;
@@ -98,23 +99,21 @@ impl State {
 
     /// `out` = C e = identity F e + the sum over j of F G_j F G_j F e, F leaving solid cells out (core/operators/blur.rs).
     fn blur_among_solids(&self, machine: &mut Machine, e: &Part, out: &Part) {
-        let leave_out = |machine: &mut Machine, field: &Part, a: f64| {
-            let size = (1, self.apart());
-            self.of_steps(machine, Kernel::BesideSolids, &[Some(field.clone())], size, a);
-        };
-        leave_out(machine, out, self.facts.identity);
+        self.leave_out(machine, out.clone(), SOLID, self.facts.identity);
         let lines: usize = self.facts.room.cells.iter().take(self.facts.room.dims).sum();
-        let mut taps = self.eigenvalues() + (1 + self.facts.room.filters) * lines;
+        let mut taps = self.eigenvalues() + lines;
         let [mut now, mut next] = [Cell::A, Cell::B].map(|cell| self.cell(cell));
         for gaussian in gaussians(&self.facts.room) {
             self.add(machine, now.clone(), [0.0, 1.0], Some(e.clone()));
             for _ in 0..2 {
-                leave_out(machine, &now, 1.0);
+                self.leave_out(machine, now.clone(), SOLID, 1.0);
                 for axis in 0..self.facts.room.dims {
                     let numbers = Numbers {
                         axis: axis as u32,
                         first: taps as u32,
                         second: gaussian.radius as u32,
+                        third: self.facts.inside[axis].start as u32,
+                        count: self.facts.inside[axis].len() as u32,
                         ..self.numbers()
                     };
                     let parts = [Some(next.clone()), Some(now.clone()), Some(self.table.step(0))];
@@ -122,7 +121,7 @@ impl State {
                     core::mem::swap(&mut now, &mut next);
                 }
             }
-            leave_out(machine, &now, 1.0);
+            self.leave_out(machine, now.clone(), SOLID, 1.0);
             self.add(machine, out.clone(), [1.0, 1.0], Some(now.clone()));
             taps += gaussian.radius + 1;
         }
@@ -176,21 +175,18 @@ impl State {
             Kernel::SubtractGradient,
             &bound,
             (count, field.numbers()),
-            1.0,
         );
     }
 
-    /// A kernel over `count` steps of so many numbers, which is told a number.
+    /// A kernel over `count` steps of so many numbers.
     fn of_steps(
         &self,
         machine: &mut Machine,
         kernel: Kernel,
         parts: &[Option<Part>],
         (count, numbers): (usize, usize),
-        a: f64,
     ) {
         let told = Numbers {
-            a: a as f32,
             count: count as u32,
             ..self.numbers()
         };
@@ -208,7 +204,7 @@ impl State {
         let part = field.part(first, count);
         let close = |machine: &mut Machine| {
             let size = (count, field.numbers());
-            self.of_steps(machine, Kernel::Close, &[Some(part.clone())], size, 1.0);
+            self.of_steps(machine, Kernel::Close, &[Some(part.clone())], size);
         };
         close(machine);
         let mut goal = None;
@@ -225,7 +221,11 @@ impl State {
             if !(divergence > goal) {
                 return;
             }
-            self.solve_among_solids(machine, count, 0.5 * goal);
+            if self.facts.room.obstacles {
+                self.solve_among_solids(machine, count, 0.5 * goal);
+            } else {
+                self.solve_in_box(machine, &self.potentials[0], count);
+            }
             self.subtract_gradient(machine, field, (first, count));
             close(machine);
         }
@@ -243,8 +243,7 @@ impl State {
         let precondition = |machine: &mut Machine, out: &Field| {
             self.add(machine, all(out), [0.0, 1.0], Some(all(residual)));
             self.solve_in_box(machine, out, count);
-            let size = (count, self.apart());
-            self.of_steps(machine, Kernel::BesideSolids, &[Some(all(out))], size, -1.0);
+            self.leave_out(machine, all(out), SOLID, -1.0);
         };
         // <residual, x> and max |residual| of each slot.
         let measure = |machine: &mut Machine, x: &Field| {
@@ -263,7 +262,9 @@ impl State {
                 return;
             }
             let bound = [Some(all(image)), Some(all(direction))];
-            self.of_steps(machine, Kernel::ThroughOpen, &bound, (count, self.apart()), 1.0);
+            self.of_steps(machine, Kernel::ThroughOpen, &bound, (count, self.apart()));
+            // What passes exits ends outside, where there is no equation.
+            self.leave_out(machine, all(image), SOLID, 1.0);
             let curvatures = self.dot_rows(machine, all(direction), Some(all(image)), count);
             let sums = machine.sums();
             let curvatures = rows_of(&sums, &curvatures, count).map(total);
@@ -280,6 +281,18 @@ impl State {
             core::mem::swap(&mut direction, &mut image);
             now = next;
         }
+    }
+
+    /// Fields of cells, one after the other, times a number, and 0 in cells that have any of the `bits`.
+    pub fn leave_out(&self, machine: &mut Machine, fields: Part, bits: u16, a: f64) {
+        let count = (fields.bytes / 4) as usize;
+        let numbers = Numbers {
+            a: a as f32,
+            second: bits.into(),
+            count: (count / self.apart()) as u32,
+            ..self.numbers()
+        };
+        machine.run(Kernel::BesideSolids, &[Some(fields)], &numbers, count);
     }
 
     /// Writes a factor for each slot of a batch.

@@ -28,7 +28,7 @@ pub enum Cell {
 
 const CELLS: usize = 8;
 
-/// Which axes are rings, and whether there are solid cells, as kernels are told.
+/// Which axes are rings, and whether there are solid cells or open sides, as kernels are told.
 fn flags(search: &Search<'_>) -> u32 {
     let rings = search.rings.iter().enumerate();
     let solids = u32::from(search.room.solids) << 3;
@@ -40,6 +40,7 @@ fn flags(search: &Search<'_>) -> u32 {
 pub struct Facts {
     pub room: Room,
     pub inverse: [f64; 3],
+    pub inside: [Range<usize>; 3],
     pub viscosity: f64,
     pub force_weight: f64,
     pub smoothing: f64,
@@ -76,6 +77,7 @@ impl Facts {
         Self {
             room,
             inverse: search.inverse,
+            inside: search.inside.clone(),
             viscosity: search.viscosity,
             force_weight: search.force_weight,
             smoothing: search.smoothing,
@@ -113,7 +115,8 @@ pub fn plan(limits: &Limits, room: &Room) -> Plan {
     let axes = || room.cells.iter().take(room.dims);
     let (lines, matrices): (usize, usize) = (axes().sum(), axes().map(|n| n * n).sum());
     let taps: usize = gaussians(room).map(|gaussian| gaussian.radius + 1).sum();
-    let table = apart(matrices + (1 + room.filters) * lines + taps);
+    let filters = if room.solids { 0 } else { room.filters };
+    let table = apart(matrices + (1 + filters) * lines + taps);
     let steps = |there: bool, steps: usize| if there { steps } else { 0 };
     let batch = BATCH.min(room.slots);
     let mut plan = Plan::default();
@@ -131,9 +134,9 @@ pub fn plan(limits: &Limits, room: &Room) -> Plan {
     add("potentials", batch, cells);
     add("potentials, transformed", batch, cells);
     for _ in 0..3 {
-        add("conjugate gradients", steps(room.solids, batch), cells);
+        add("conjugate gradients", steps(room.obstacles, batch), cells);
     }
-    add("factors of a batch", steps(room.solids, 1), apart(batch));
+    add("factors of a batch", steps(room.obstacles, 1), apart(batch));
     add("eigenvectors and eigenvalues", 1, table);
     add("force times its price", steps(room.weighs, room.slots), faces);
     add("force divided by its mask", steps(room.masked, room.slots), faces);
@@ -206,7 +209,7 @@ impl State {
         Ok(state)
     }
 
-    /// Matrices axis by axis, eigenvalues axis by axis, those of each filter axis by axis, taps filter by filter.
+    /// Matrices axis by axis, eigenvalues axis by axis, and those of each filter axis by axis, or its taps.
     fn numbers_of_axes(&self, search: &Search<'_>) -> Vec<f32> {
         let axes = || search.room.cells.into_iter().enumerate().take(search.room.dims);
         let mut table = Vec::with_capacity(self.table.numbers());
@@ -218,7 +221,8 @@ impl State {
         for (axis, n) in axes() {
             table.extend((0..n).map(|k| (search.eigenvalue)([axis, k]) as f32));
         }
-        for j in 1..=search.room.filters {
+        let by_taps = gaussians(&search.room).count();
+        for j in by_taps + 1..=search.room.filters {
             for (axis, n) in axes() {
                 table.extend((0..n).map(|k| (search.blur)([axis, j, k]) as f32));
             }

@@ -5,6 +5,7 @@ use crate::machine::Machine;
 use crate::memory::{Field, Part};
 use crate::state::{Cell, STATES, State, most, rows_of, sum_of};
 use thurible_core::exec::device::{NotFinite, Place};
+use thurible_core::grid::solids::OUTSIDE;
 use thurible_core::transport::KEEP;
 
 /// Steps whose Courant numbers come back together at most.
@@ -81,6 +82,7 @@ impl State {
         for step in 0..=self.facts.room.slots {
             let count = self.substeps[step];
             self.carry(machine, step, count, self.density(step), self.density(step + 1));
+            self.forget_outside(machine, self.density(step + 1));
             self.emit(machine, step + 1);
         }
         let all: Vec<usize> = (0..self.facts.keyframes.len()).collect();
@@ -111,6 +113,13 @@ impl State {
         for &(index, [_, target]) in supplies.iter().filter(|(_, [_, target])| *target > 0.0) {
             let shape = [Some(self.place(Place::Emitter(index))), None];
             self.by_element(machine, Kernel::Fill, rho.clone(), shape, target);
+        }
+    }
+
+    /// A field of cells is 0 outside of open sides: smoke that has left the box in a step is gone.
+    fn forget_outside(&self, machine: &mut Machine, field: Part) {
+        if self.facts.room.solids {
+            self.leave_out(machine, field, OUTSIDE, 1.0);
         }
     }
 
@@ -158,6 +167,7 @@ impl State {
                 self.lift_back(machine, z.step(step), mu.clone());
             }
             self.forget(machine, step + 1);
+            self.forget_outside(machine, mu.clone());
             self.go_back_through(machine, step);
             let slot = self.fields[out].step(step - 1);
             let factors = [self.facts.force_weight, -1.0];

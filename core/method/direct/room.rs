@@ -9,7 +9,8 @@ use crate::problem::{Feature, Problem, Scheme};
 use crate::words::Named;
 
 /// What a device takes of what a problem may ask for; the release comes after the search.
-const TAKEN: [Feature; 9] = [
+const TAKEN: [Feature; 10] = [
+    Feature::Open,
     Feature::Solids,
     Feature::Smoothness,
     Feature::Buoyancy,
@@ -68,7 +69,8 @@ pub fn room_of(grid: &Grid, flow: &flow::Setup, fields: usize, given: Given) -> 
         keyframes: given.keyframes,
         regions: given.regions,
         emitters: given.emitters,
-        solids: flow.sweep.obstacles,
+        solids: flow.sweep.obstacles || grid.is_open(),
+        obstacles: flow.sweep.obstacles,
         masked: flow.masked,
         weighs: flow.weighs(),
         filters: flow.sweep.metric.filters,

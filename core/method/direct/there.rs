@@ -53,6 +53,7 @@ pub fn hand_over<T: Real>(
         room: room_of(grid, setup, fields, given),
         inverse: grid.h.map(|h| 1.0 / h),
         rings: core::array::from_fn(|axis| grid.axis(axis).is_ring()),
+        inside: core::array::from_fn(|axis| grid.axis(axis).inside()),
         viscosity: setup.viscosity,
         force_weight: setup.force_weight,
         smoothing: setup.smoothing,
@@ -100,8 +101,8 @@ pub fn hand_over<T: Real>(
     for index in 0..given.emitters {
         write_cells(Place::Emitter(index), script.shape(index, grid.cells()));
     }
-    if setup.sweep.obstacles {
-        let solids = evaluation.levels.solids(evaluation.level);
+    let solids = evaluation.levels.solids(evaluation.level);
+    if solids.there() {
         device.write(Place::Solids, &mut |row, out| {
             for (out, bits) in out.iter_mut().zip(solids.row(n, row)) {
                 *out = f32::from(*bits);

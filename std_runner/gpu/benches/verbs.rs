@@ -1,13 +1,14 @@
 //! Seconds of each verb of a device in a search by the direct method: a ball that moves across a corner of a box, as `examples/small_3d.toml`.
 //!
-//! `cargo bench --package thurible-gpu -- [CELLS STEPS ITERATIONS PAIRS]`, as in `64 60 10 5`; on the first adapter, which is a card if there is one.
+//! `cargo bench --package thurible-gpu -- [CELLS STEPS ITERATIONS PAIRS] [here]`, as in `64 60 10 5`; on the first adapter, which is a card if there
+//! is one, or `here` on one thread: objectives are to be the same but for rounding, which grows from iteration to iteration.
 
 use core::time::Duration;
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 use thurible_core::exec::device::{NotFinite, Place, Search, Stride, WithGradient};
-use thurible_core::exec::{Device, Together};
+use thurible_core::exec::{Device, Exec, Together};
 use thurible_core::solver::room;
 use thurible_core::{Boundary, D3, Params, Plan, Problem, Progress, Serial, Silent, Solver};
 use thurible_gpu::{Gpu, adapters};
@@ -122,6 +123,7 @@ fn print(title: &str, times: &Times) {
 }
 
 fn main() -> Result<(), Sentence> {
+    let here = std::env::args().any(|word| word == "here");
     let given: Vec<usize> = std::env::args()
         .skip(1)
         .filter_map(|word| word.parse().ok())
@@ -163,22 +165,24 @@ fn main() -> Result<(), Sentence> {
     solver
         .set_keyframe(0, &ball(n, [0.6, 0.55, 0.5]))
         .map_err(|error| error.to_string())?;
-    let exec = Together::beside(&Serial, &device);
+    let beside = Together::beside(&Serial, &device);
     let begun = Instant::now();
-    solver.step(&exec, &mut Silent);
+    let exec: &dyn Exec = if here { &Serial } else { &beside };
+    let first = solver.step(exec, &mut Silent);
     println!("the first iteration: {:.3} s", begun.elapsed().as_secs_f64());
     print("until then", &device.take());
     let begun = Instant::now();
+    let mut objectives = vec![first.objective.total()];
     let (mut done, mut last) = (0, Progress::default());
     while done + 1 < iterations && last.status.is_none() {
-        last = solver.step(&exec, &mut Silent);
+        last = solver.step(exec, &mut Silent);
+        objectives.push(last.objective.total());
         done += 1;
     }
     let seconds = begun.elapsed().as_secs_f64();
     println!(
-        "{done} more: {:.4} s each; J {}, {:?}",
+        "{done} more: {:.4} s each, {:?}; objectives {objectives:.1?}",
         seconds / f64::from(done.max(1) as u32),
-        last.objective.total(),
         last.status
     );
     print("in these", &device.take());

@@ -15,7 +15,7 @@ struct Numbers {
     c: f32,
     // Numbers in all, or fields where a kernel says so.
     count: u32,
-    // Bits 0, 1, 2: which axes are rings. Bit 3: whether there are solid cells. Bits 8 and on: what the kernel is to do.
+    // Bits 0, 1, 2: which axes are rings. Bit 3: whether there are solid cells or open sides. Bits 8 and on: what the kernel is to do.
     flags: u32,
     axis: u32,
     first: u32,
@@ -26,6 +26,9 @@ struct Numbers {
 var<immediate> u: Numbers;
 
 const GROUP: u32 = 256u;
+// A cell is solid or outside; it is outside (core/grid/solids.rs).
+const SOLID: u32 = 1u;
+const OUTSIDE: u32 = 128u;
 
 // The bits of a cell in the table of solid cells (core/grid/solids.rs); `solids` holds them as numbers, and is declared by each file.
 fn solid_bits(cell: u32) -> u32 {
@@ -98,6 +101,16 @@ fn on_wall(here: Site, axis: u32) -> bool {
 // Whether a solid cell closes the low face of a cell along an axis, or it is on a wall: nothing flows there.
 fn is_closed(here: Site, axis: u32) -> bool {
     return on_wall(here, axis) || (solid_bits(here.cell) & (2u << axis)) != 0u;
+}
+
+// Whether the low face of a cell along an axis is an exit, which leads out of an open side; which side of it is outside: 1 where it is that
+// of the cell, -1 where it is the one below.
+fn is_exit(cell: u32, axis: u32) -> bool {
+    return (solid_bits(cell) & (256u << axis)) != 0u;
+}
+
+fn outwards(cell: u32) -> f32 {
+    return select(-1.0, 1.0, (solid_bits(cell) & OUTSIDE) != 0u);
 }
 
 // Whether there is a cell above along an axis.

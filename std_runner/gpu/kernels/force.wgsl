@@ -43,6 +43,16 @@ fn advection(a: u32, b: u32, here: Site, sign: f32) -> f32 {
     return -(curl * 0.5 * (q.z + q.w) * 0.5) + sign * u.a * curl * inverse_of(b);
 }
 
+// What an exit gets: with the outward speed o it is max(o, 0) times this second field, which is v / 2 for the force and w for its adjoint
+// (core/operators/exits.rs).
+fn leaving(axis: u32, cell: u32, second: f32) -> f32 {
+    if !is_exit(cell, axis) {
+        return 0.0;
+    }
+    let out = outwards(cell) * v[axis * u.apart + cell];
+    return inverse_of(axis) * max(out, 0.0) * second;
+}
+
 // to = v - w + Adv(v) + nu C^T C v at a step, w being the flow before.
 @compute @workgroup_size(256)
 fn force(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -63,6 +73,7 @@ fn force(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
             sum += advection(a, b, moved(here, b, 1), 1.0);
         }
     }
+    sum += leaving(a, cell, 0.5 * v[element]);
     to[element] = sum;
 }
 
@@ -103,6 +114,7 @@ fn force_back(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
             sum += transposed(a, b, moved(here, b, 1), 1.0);
         }
     }
+    sum += leaving(a, cell, w[element]);
     to[element] = sum;
 }
 
@@ -150,7 +162,7 @@ fn of_axis(axis: u32) -> f32 {
     return select(select(u.c, u.b, axis == 1u), u.a, axis == 0u);
 }
 
-// to, faces, += (a, b, c) times the sum of the cells v at both sides, but for closed faces.
+// to, faces, += (a, b, c) times the sum of the cells v at both sides, but for closed faces and exits.
 @compute @workgroup_size(256)
 fn lift(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let element = number(group, groups, local);
@@ -160,12 +172,12 @@ fn lift(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
         return;
     }
     let here = site(cell);
-    if !is_closed(here, axis) {
+    if !is_closed(here, axis) && !is_exit(cell, axis) {
         to[element] = to[element] + of_axis(axis) * both_sides(here, axis);
     }
 }
 
-// to, cells, += (a, b, c) times the sum of the faces v around it, which are 0 where they are closed.
+// to, cells, += (a, b, c) times the sum of the faces v around it but for exits; they are 0 where they are closed.
 @compute @workgroup_size(256)
 fn lift_back(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let cell = number(group, groups, local);
@@ -175,9 +187,15 @@ fn lift_back(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) g
     let here = site(cell);
     var sum = 0.0;
     for (var axis = 0u; axis < DIMS; axis++) {
-        var both = v[axis * u.apart + cell];
+        var both = 0.0;
+        if !is_exit(cell, axis) {
+            both = v[axis * u.apart + cell];
+        }
         if has_above(here, axis) {
-            both += v[axis * u.apart + beside(here, axis, 1)];
+            let above = beside(here, axis, 1);
+            if !is_exit(above, axis) {
+                both += v[axis * u.apart + above];
+            }
         }
         sum += of_axis(axis) * both;
     }

@@ -5,7 +5,7 @@
 @group(0) @binding(2) var<storage, read_write> table: array<f32>;
 @group(0) @binding(3) var<storage, read_write> solids: array<f32>;
 
-// to = div source, at `count` steps.
+// to = div source, at `count` steps; 0 outside of open sides.
 @compute @workgroup_size(256)
 fn divergence(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let element = number(group, groups, local);
@@ -24,7 +24,7 @@ fn divergence(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
         }
         sum += (high - source[base + cell]) * inverse_of(axis);
     }
-    to[element] = sum;
+    to[element] = select(sum, 0.0, (solid_bits(cell) & OUTSIDE) != 0u);
 }
 
 // to -= grad source at the faces of `count` steps, but for closed ones.
@@ -190,22 +190,24 @@ fn through_open(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups
     to[element] = sum;
 }
 
-// to *= a in `count` fields, and is 0 in solid cells.
+// to *= a in `count` fields, and is 0 in cells that have any of the bits `second`.
 @compute @workgroup_size(256)
 fn beside_solids(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let element = number(group, groups, local);
     let cell = element % u.apart;
     if element / u.apart < u.count && cell < cells() {
-        to[element] = select(u.a * to[element], 0.0, (solid_bits(cell) & 1u) != 0u);
+        to[element] = select(u.a * to[element], 0.0, (solid_bits(cell) & u.second) != 0u);
     }
 }
 
-// Where a cell at any distance behind the ends of an axis is found: round a ring, mirrored at walls.
-fn mirrored(at: i32, axis: u32) -> u32 {
-    let n = i32(along(axis));
+// Where a cell at any distance behind the ends of an axis is found: round a ring, mirrored at walls and open sides. The first of `count` cells
+// inside is `third`.
+fn mirrored(at: i32, axis: u32) -> i32 {
+    let begin = i32(u.third);
+    let n = i32(u.count);
     let period = select(2 * n, n, is_ring(axis));
-    let place = ((at % period) + period) % period;
-    return u32(select(place, 2 * n - 1 - place, place >= n));
+    let place = (((at - begin) % period) + period) % period;
+    return begin + select(place, 2 * n - 1 - place, place >= n);
 }
 
 // to = a Gaussian of `second` taps on either side along `axis` of source, a field of cells. Its taps begin at `first` of the table.
@@ -219,7 +221,7 @@ fn gaussian(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gr
     let radius = i32(u.second);
     var sum = 0.0;
     for (var offset = -radius; offset <= radius; offset++) {
-        let there = i32(mirrored(here + offset, u.axis));
+        let there = mirrored(here + offset, u.axis);
         let tap = table[u.first + u32(abs(offset))];
         sum += tap * source[u32(i32(cell) + (there - here) * i32(stride(u.axis)))];
     }

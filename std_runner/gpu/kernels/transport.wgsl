@@ -53,14 +53,15 @@ fn around_y(here: Site, axis: u32) -> vec4<f32> {
     return vec4<f32>(y[beside(here, axis, -2)], y[beside(here, axis, -1)], y[beside(here, axis, 1)], y[beside(here, axis, 2)]);
 }
 
-// 1 at the faces at -1, 0, 1 and 2 that are open: across those that solid cells close nothing differs. Walls are mirrors already.
+// 1 at the faces at -1, 0, 1 and 2 that are open: across those that solid cells close, and across exits, nothing differs. Walls are mirrors
+// already.
 fn open_around(here: Site, axis: u32) -> vec4<f32> {
     if ((u.flags >> 3u) & 1u) == 0u {
         return vec4<f32>(1.0);
     }
     var open = vec4<f32>(0.0);
     for (var face = 0; face < 4; face++) {
-        let closes = (solid_bits(beside(here, axis, face - 1)) & (2u << axis)) != 0u;
+        let closes = (solid_bits(beside(here, axis, face - 1)) & (258u << axis)) != 0u;
         open[face] = select(1.0, 0.0, closes);
     }
     return open;
@@ -92,14 +93,17 @@ fn carry(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
     to[cell] = select(value, 0.0, abs(value) < u.c);
 }
 
-// The sum over the faces around a cell of v_f times the derivative of rho_f by the cell times the change of z across the face.
-fn outflow(across: vec4<f32>, zs: array<f32, 5>, faces: vec4<f32>) -> f32 {
+// The sum over the faces around a cell of v_f times the derivative of rho_f by the cell times the change of z across the face. Where a face is
+// not `open` nothing differs across it, whatever the cells are: an exit has a flow all the same.
+fn outflow(across: vec4<f32>, zs: array<f32, 5>, faces: vec4<f32>, open: vec4<f32>) -> f32 {
     let low = faces.y;
     let high = faces.z;
     let left = slopes(select(across.z, across.x, low > 0.0), across.y);
-    let as_right = select(1.0 + 0.5 * (left.x - left.y), 0.5 * left.y, low > 0.0);
+    let by_left = left.y * open.y;
+    let as_right = select(1.0 + 0.5 * (left.x - by_left), 0.5 * by_left, low > 0.0);
     let right = slopes(select(across.w, across.y, high > 0.0), across.z);
-    let as_left = select(0.5 * right.y, 1.0 + 0.5 * (right.x - right.y), high > 0.0);
+    let by_right = right.y * open.z;
+    let as_left = select(0.5 * by_right, 1.0 + 0.5 * (right.x - by_right), high > 0.0);
     let far_left = slopes(across.z, across.w).x;
     let far_right = slopes(across.y, across.x).x;
     let near = low * as_right * (zs[2] - zs[1]) + high * as_left * (zs[3] - zs[2]);
@@ -122,7 +126,8 @@ fn carry_back(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
     var sum = here_z;
     for (var axis = 0u; axis < DIMS; axis++) {
         let o = around_y(here, axis);
-        let across = vec4<f32>(o.y - o.x, here_y - o.y, o.z - here_y, o.w - o.z) * open_around(here, axis);
+        let open = open_around(here, axis);
+        let across = vec4<f32>(o.y - o.x, here_y - o.y, o.z - here_y, o.w - o.z) * open;
         let zs = array<f32, 5>(z[beside(here, axis, -2)], z[beside(here, axis, -1)], here_z, z[beside(here, axis, 1)], z[beside(here, axis, 2)]);
         let faces = vec4<f32>(face(here, axis, -1), face(here, axis, 0), face(here, axis, 1), face(here, axis, 2));
         let scale = u.a * inverse_of(axis);
@@ -134,7 +139,7 @@ fn carry_back(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
         } else {
             gradient[place] = gradient[place] + part;
         }
-        sum += scale * outflow(across, zs, faces);
+        sum += scale * outflow(across, zs, faces, open);
     }
     let taken = select(sum, here_z, flag(0u));
     if flag(0u) {

@@ -195,13 +195,13 @@ fn check<S: Space>(case: &Case) {
             let within = |from: usize, to: usize| (0..grid.dims).all(|axis| (from..to).contains(&at[axis]));
             within(3, 5) || within(0, 2)
         });
-        let (solids, n) = (levels.solids(0), grid.n[0]);
-        for row in 0..grid.rows() {
-            for axis in 0..grid.dims {
-                let of_row = &mut v[axis][row * SLOTS * n..(row + 1) * SLOTS * n];
-                solids.clear(n, row, closed(axis), of_row);
-                solids.clear(n, row, closed(axis), &mut initial[axis][row * n..(row + 1) * n]);
-            }
+    }
+    let (solids, n) = (levels.solids(0), grid.n[0]);
+    for row in 0..if solids.there() { grid.rows() } else { 0 } {
+        for axis in 0..grid.dims {
+            let of_row = &mut v[axis][row * SLOTS * n..(row + 1) * SLOTS * n];
+            solids.clear(n, row, closed(axis), of_row);
+            solids.clear(n, row, closed(axis), &mut initial[axis][row * n..(row + 1) * n]);
         }
     }
     let mut ledger = Ledger::new();
@@ -344,7 +344,7 @@ fn check<S: Space>(case: &Case) {
     assert_eq!(device.failure(), None);
 }
 
-use Boundary::{Periodic, Wall};
+use Boundary::{Open, OpenHigh, Periodic, Wall};
 
 #[test]
 fn verbs_in_2d() {
@@ -389,6 +389,14 @@ fn verbs_in_2d() {
         speed: 0.5,
         emits: true,
         solids: true,
+        ..plain
+    });
+    check::<D2>(&Case {
+        cells: &[13, 12],
+        boundary: &[Open, Wall],
+        speed: 0.9,
+        smoothing: 1e-3,
+        emits: true,
         ..plain
     });
     // Lines longer than a tile of a transform.
@@ -445,6 +453,18 @@ fn verbs_in_3d() {
         scheduled: false,
         regions: false,
         emits: false,
+        masked: false,
+        solids: true,
+    });
+    check::<D3>(&Case {
+        cells: &[8, 9, 10],
+        boundary: &[OpenHigh, Open, Periodic],
+        speed: 1.2,
+        smoothing: 1e-3,
+        viscosity: 1e-4,
+        scheduled: true,
+        regions: false,
+        emits: true,
         masked: false,
         solids: true,
     });
