@@ -140,7 +140,7 @@ fn a_search_in_several_buffers() {
     let walls = [Boundary::Wall, Boundary::Wall];
     let problem = Problem::new(&[128, 128], &walls, &[1100]);
     let mut params = Params {
-        iterations: 1,
+        iterations: 3,
         ..Params::default()
     };
     (params.direct.nested, params.direct.history) = (false, Some(1));
