@@ -1,3 +1,5 @@
+//! Threads with ranks or a device beside them.
+
 use super::{Device, Exec, Ranks};
 
 /// The threads of another [`Exec`], with what a solve has beside them.

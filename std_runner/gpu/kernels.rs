@@ -77,7 +77,7 @@ kernels! {
     FilterAll: 2, "filter_all";
     Gaussian: 2, "gaussian";
     ThroughOpen: 2, "through_open";
-    BesideSolids: 2, "beside_solids";
+    LeaveOut: 2, "leave_out";
     Carry: 3, "carry";
     CarryBack: 3, "carry_back";
     Courant: 3, "courant";

@@ -8,7 +8,7 @@ use core::ops::Range;
 use thurible_core::exec::device::{NotFinite, Place, Stride, WithGradient};
 use thurible_core::force::mask::LEAST;
 
-/// Passes of a projection of a gradient at most: after two of them what is left is rounding.
+/// Passes of a projection at most: after two of them what is left is rounding.
 const PASSES: usize = 2;
 /// One pass is enough where max |div| h / max |x| is below this afterwards.
 const CLEAN: f64 = 1e-5;
@@ -170,7 +170,7 @@ impl State {
         };
         // With a mask it is no derivative along fields free of divergence before.
         if self.facts.room.masked {
-            (0..PASSES).for_each(|_| self.project(machine, z, self.facts.projection_tolerance));
+            self.project_to_rounding(machine, z);
         }
         let out = &self.fields[into];
         for slot in 0..self.facts.room.slots {
@@ -245,21 +245,29 @@ impl State {
         }
     }
 
-    /// image = q(B) y with B the price of curls: Richardson's steps of the given lengths (core/force/price.rs); or y itself.
+    /// Projects all slots of a field until what is left is rounding. Among solid cells one projection goes on until then.
+    fn project_to_rounding(&self, machine: &mut Machine, field: &Field) {
+        let passes = if self.facts.room.solids { 1 } else { PASSES };
+        for _ in 0..passes {
+            self.project(machine, field, self.facts.projection_tolerance);
+        }
+    }
+
+    /// image = y divided by the price: by that of curls, and with a mask m the projection of m q m y (core/objective/force_term.rs).
     fn divide_by_price(&self, machine: &mut Machine, y: &Field, image: &Field) {
         let least = self.facts.least_of_mask;
         if self.facts.room.masked {
-            // m q m y, projected.
             self.add_fields(machine, &self.divided, [0.0, 1.0], y);
             self.weigh(machine, &self.divided, false, least);
             self.divide_by_curls(machine, &self.divided, image);
             self.weigh(machine, image, false, least);
-            (0..PASSES).for_each(|_| self.project(machine, image, self.facts.projection_tolerance));
-            return;
+            self.project_to_rounding(machine, image);
+        } else {
+            self.divide_by_curls(machine, y, image);
         }
-        self.divide_by_curls(machine, y, image);
     }
 
+    /// image = q(B) y with B the price of curls: Richardson's steps of the given lengths (core/force/price.rs); or y itself.
     fn divide_by_curls(&self, machine: &mut Machine, y: &Field, image: &Field) {
         let lengths = &self.facts.lengths;
         if lengths.is_empty() {

@@ -77,31 +77,35 @@ impl State {
         }
     }
 
-    /// `out` = C e, by way of a field of work.
+    /// Where those of the filters do, or their taps.
+    fn filters(&self) -> usize {
+        let cells = self.facts.room.cells.iter().take(self.facts.room.dims);
+        self.eigenvalues() + cells.sum::<usize>()
+    }
+
+    /// `out` = C e, by way of fields of work.
     pub fn blur(&self, machine: &mut Machine, e: &Part, out: &Part) {
         self.add(machine, out.clone(), [0.0, 1.0], Some(e.clone()));
-        let lines: usize = self.facts.room.cells.iter().take(self.facts.room.dims).sum();
-        let numbers = Numbers {
-            a: self.facts.identity as f32,
-            first: (self.eigenvalues() + lines) as u32,
-            second: self.facts.room.filters as u32,
-            ..self.numbers()
-        };
         if self.facts.room.solids {
             return self.blur_among_solids(machine, e, out);
         }
         if self.facts.room.filters == 0 {
             return self.add(machine, out.clone(), [self.facts.identity, 0.0], None);
         }
+        let numbers = Numbers {
+            a: self.facts.identity as f32,
+            first: self.filters() as u32,
+            second: self.facts.room.filters as u32,
+            ..self.numbers()
+        };
         let parts = [out.clone(), self.cell(Cell::Work)];
         self.multiply_coefficients(machine, &parts, (Kernel::FilterAll, numbers), 1);
     }
 
-    /// `out` = C e = identity F e + the sum over j of F G_j F G_j F e, F leaving solid cells out (core/operators/blur.rs).
+    /// `out`, which is e, becomes C e = identity F e + the sum over j of F G_j F G_j F e, F leaving solid cells out (core/operators/blur.rs).
     fn blur_among_solids(&self, machine: &mut Machine, e: &Part, out: &Part) {
         self.leave_out(machine, out.clone(), SOLID, self.facts.identity);
-        let lines: usize = self.facts.room.cells.iter().take(self.facts.room.dims).sum();
-        let mut taps = self.eigenvalues() + lines;
+        let mut taps = self.filters();
         let [mut now, mut next] = [Cell::A, Cell::B].map(|cell| self.cell(cell));
         for gaussian in gaussians(&self.facts.room) {
             self.add(machine, now.clone(), [0.0, 1.0], Some(e.clone()));
@@ -129,18 +133,14 @@ impl State {
 
     /// div of `count` slots of a field from `first` on, in the potentials.
     fn divergence(&self, machine: &mut Machine, field: &Field, (first, count): (usize, usize)) {
-        let numbers = Numbers {
-            count: count as u32,
-            ..self.numbers()
-        };
         let parts = [
             Some(self.potentials[0].part(0, count)),
             Some(field.part(first, count)),
         ];
-        machine.run(Kernel::Divergence, &parts, &numbers, count * self.apart());
+        self.of_steps(machine, Kernel::Divergence, &parts, (count, self.apart()));
     }
 
-    /// Projects all slots of a field, once; among solid cells until at most this part of its divergence is left.
+    /// Projects all slots of a field, once; among solid cells and with open sides until at most this part of its divergence is left.
     pub fn project(&self, machine: &mut Machine, field: &Field, tolerance: f64) {
         for window in field.windows(self.potentials[0].steps()) {
             if self.facts.room.solids {
@@ -292,7 +292,7 @@ impl State {
             count: (count / self.apart()) as u32,
             ..self.numbers()
         };
-        machine.run(Kernel::BesideSolids, &[Some(fields)], &numbers, count);
+        machine.run(Kernel::LeaveOut, &[Some(fields)], &numbers, count);
     }
 
     /// Writes a factor for each slot of a batch.
@@ -303,15 +303,8 @@ impl State {
 
     /// to += b f x in every slot, f being its factor.
     fn add_each(&self, machine: &mut Machine, to: Part, b: f64, x: Part) {
-        let count = (to.bytes / 4) as usize;
-        let numbers = Numbers {
-            a: 1.0,
-            b: b as f32,
-            count: count as u32,
-            ..self.numbers()
-        };
-        let parts = [Some(to), Some(x), Some(self.factors.step(0))];
-        machine.run(Kernel::AddEach, &parts, &numbers, count);
+        let parts = [x, self.factors.step(0)].map(Some);
+        self.by_element(machine, Kernel::AddEach, to, parts, [1.0, b]);
     }
 
     /// max |div| of a field, and max |x|; 1e30 where that is not finite.

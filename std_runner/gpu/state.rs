@@ -308,22 +308,23 @@ impl State {
     }
 
     /// out = a out + b x, in parts of the same length.
-    pub fn add(&self, machine: &mut Machine, out: Part, [a, b]: [f64; 2], x: Option<Part>) {
-        let count = (out.bytes / 4) as usize;
-        let numbers = Numbers {
-            a: a as f32,
-            b: b as f32,
-            count: count as u32,
-            ..self.numbers()
-        };
-        machine.run(Kernel::Add, &[Some(out), x], &numbers, count);
+    pub fn add(&self, machine: &mut Machine, out: Part, factors: [f64; 2], x: Option<Part>) {
+        self.by_element(machine, Kernel::Add, out, [x, None], factors);
     }
 
-    /// A kernel of three buffers over the first one's elements, which is told a number: `to`, `x` and `y` of `kernels/elements.wgsl`.
-    pub fn by_element(&self, machine: &mut Machine, kernel: Kernel, to: Part, x: [Option<Part>; 2], a: f64) {
+    /// A kernel over the elements of `to`, which is told two numbers: `to`, `x` and `y` of `kernels/elements.wgsl`.
+    pub fn by_element(
+        &self,
+        machine: &mut Machine,
+        kernel: Kernel,
+        to: Part,
+        x: [Option<Part>; 2],
+        [a, b]: [f64; 2],
+    ) {
         let count = (to.bytes / 4) as usize;
         let numbers = Numbers {
             a: a as f32,
+            b: b as f32,
             count: count as u32,
             ..self.numbers()
         };
@@ -345,7 +346,7 @@ impl State {
 
     /// out *= x.
     pub fn multiply(&self, machine: &mut Machine, out: Part, x: Part) {
-        self.by_element(machine, Kernel::Multiply, out, [Some(x), None], 0.0);
+        self.by_element(machine, Kernel::Multiply, out, [Some(x), None], [0.0; 2]);
     }
 
     /// Begins the sum of x y over parts, or of x x.

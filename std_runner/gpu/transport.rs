@@ -112,7 +112,7 @@ impl State {
         }
         for &(index, [_, target]) in supplies.iter().filter(|(_, [_, target])| *target > 0.0) {
             let shape = [Some(self.place(Place::Emitter(index))), None];
-            self.by_element(machine, Kernel::Fill, rho.clone(), shape, target);
+            self.by_element(machine, Kernel::Fill, rho.clone(), shape, [target, 0.0]);
         }
     }
 
@@ -128,7 +128,7 @@ impl State {
         let filled = self.facts.supplies[step].iter();
         for &(index, [_, target]) in filled.filter(|(_, [_, target])| *target > 0.0) {
             let parts = [self.place(Place::Emitter(index)), self.density(step)].map(Some);
-            self.by_element(machine, Kernel::Forget, self.cell(Cell::Mu), parts, target);
+            self.by_element(machine, Kernel::Forget, self.cell(Cell::Mu), parts, [target, 0.0]);
         }
     }
 

@@ -192,7 +192,7 @@ fn through_open(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups
 
 // to *= a in `count` fields, and is 0 in cells that have any of the bits `second`.
 @compute @workgroup_size(256)
-fn beside_solids(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+fn leave_out(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let element = number(group, groups, local);
     let cell = element % u.apart;
     if element / u.apart < u.count && cell < cells() {

@@ -346,21 +346,23 @@ fn check<S: Space>(case: &Case) {
 
 use Boundary::{Open, OpenHigh, Periodic, Wall};
 
+/// Between walls, with nothing special.
+const PLAIN: Case = Case {
+    cells: &[17, 12],
+    boundary: &[Wall, Wall],
+    speed: 0.3,
+    smoothing: 0.0,
+    viscosity: 0.0,
+    scheduled: false,
+    regions: false,
+    emits: false,
+    masked: false,
+    solids: false,
+};
+
 #[test]
 fn verbs_in_2d() {
-    let plain = Case {
-        cells: &[17, 12],
-        boundary: &[Wall, Wall],
-        speed: 0.3,
-        smoothing: 0.0,
-        viscosity: 0.0,
-        scheduled: false,
-        regions: false,
-        emits: false,
-        masked: false,
-        solids: false,
-    };
-    check::<D2>(&plain);
+    check::<D2>(&PLAIN);
     check::<D2>(&Case {
         cells: &[16, 13],
         boundary: &[Periodic, Wall],
@@ -369,27 +371,25 @@ fn verbs_in_2d() {
         viscosity: 1e-4,
         scheduled: true,
         regions: true,
-        emits: false,
-        masked: false,
-        solids: false,
+        ..PLAIN
     });
     check::<D2>(&Case {
         cells: &[15, 11],
         speed: 0.7,
         emits: true,
-        ..plain
+        ..PLAIN
     });
     check::<D2>(&Case {
         smoothing: 2e-3,
         scheduled: true,
         masked: true,
-        ..plain
+        ..PLAIN
     });
     check::<D2>(&Case {
         speed: 0.5,
         emits: true,
         solids: true,
-        ..plain
+        ..PLAIN
     });
     check::<D2>(&Case {
         cells: &[13, 12],
@@ -397,12 +397,12 @@ fn verbs_in_2d() {
         speed: 0.9,
         smoothing: 1e-3,
         emits: true,
-        ..plain
+        ..PLAIN
     });
     // Lines longer than a tile of a transform.
     check::<D2>(&Case {
         cells: &[70, 131],
-        ..plain
+        ..PLAIN
     });
 }
 
@@ -414,23 +414,15 @@ fn verbs_in_3d() {
         speed: 1.2,
         smoothing: 5e-3,
         viscosity: 1e-3,
-        scheduled: false,
         regions: true,
-        emits: false,
-        masked: false,
-        solids: false,
+        ..PLAIN
     });
     check::<D3>(&Case {
         cells: &[6, 7, 9],
         boundary: &[Periodic, Wall, Wall],
         speed: 0.4,
-        smoothing: 0.0,
-        viscosity: 0.0,
         scheduled: true,
-        regions: false,
-        emits: false,
-        masked: false,
-        solids: false,
+        ..PLAIN
     });
     check::<D3>(&Case {
         cells: &[7, 6, 8],
@@ -438,11 +430,10 @@ fn verbs_in_3d() {
         speed: 1.4,
         smoothing: 1e-3,
         viscosity: 1e-4,
-        scheduled: false,
         regions: true,
         emits: true,
         masked: true,
-        solids: false,
+        ..PLAIN
     });
     check::<D3>(&Case {
         cells: &[9, 8, 7],
@@ -450,11 +441,9 @@ fn verbs_in_3d() {
         speed: 0.8,
         smoothing: 1e-3,
         viscosity: 1e-4,
-        scheduled: false,
-        regions: false,
-        emits: false,
-        masked: false,
+        masked: true,
         solids: true,
+        ..PLAIN
     });
     check::<D3>(&Case {
         cells: &[8, 9, 10],
@@ -463,21 +452,15 @@ fn verbs_in_3d() {
         smoothing: 1e-3,
         viscosity: 1e-4,
         scheduled: true,
-        regions: false,
         emits: true,
-        masked: false,
         solids: true,
+        ..PLAIN
     });
     check::<D3>(&Case {
         cells: &[66, 5, 65],
         boundary: &[Wall, Wall, Periodic],
         speed: 0.4,
         smoothing: 5e-4,
-        viscosity: 0.0,
-        scheduled: false,
-        regions: false,
-        emits: false,
-        masked: false,
-        solids: false,
+        ..PLAIN
     });
 }
