@@ -71,14 +71,28 @@ pub fn rounded(bytes: usize) -> String {
 
 /// Bytes of this machine's memory, where /proc/meminfo says so.
 pub fn of_machine() -> Option<usize> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
+    told(&std::fs::read_to_string("/proc/meminfo").ok()?, "MemTotal:")
+}
+
+/// The bytes of a line of /proc/meminfo.
+fn told(text: &str, name: &str) -> Option<usize> {
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     let kibibytes: usize = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     kibibytes.checked_mul(1024)
 }
 
-/// Whether `count` bytes can be allocated now.
+/// What programs may still take of memory and swap, where /proc/meminfo says so.
+fn available() -> Option<usize> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    told(&text, "MemAvailable:")?.checked_add(told(&text, "SwapFree:").unwrap_or(0))
+}
+
+/// Whether `count` bytes can be allocated now. Linux grants more than there is, and ends the program when it is written to; so what is
+/// available is asked first.
 pub fn are_free(count: usize) -> bool {
+    if available().is_some_and(|available| count > available) {
+        return false;
+    }
     let mut block = Vec::<u8>::new();
     let given = block.try_reserve_exact(count).is_ok();
     // Without this the compiler may remove an allocation that is never used.
@@ -113,6 +127,18 @@ mod tests {
     fn asks_the_system() {
         assert!(are_free(0) && are_free(1 << 20));
         assert!(!are_free(usize::MAX / 2));
+    }
+
+    #[test]
+    fn more_than_is_available_is_not_free() {
+        let text = "MemTotal:       24632300 kB\nMemAvailable:   20481520 kB\nSwapFree:        1048576 kB\n";
+        assert_eq!(told(text, "MemTotal:"), Some(24_632_300 * 1024));
+        assert_eq!(told(text, "SwapFree:"), Some(1 << 30));
+        assert_eq!(told(text, "HugePages:"), None);
+        // Half as much again may be granted, but not kept.
+        if let Some(available) = available() {
+            assert!(!are_free(available.saturating_mul(3) / 2));
+        }
     }
 
     #[test]
