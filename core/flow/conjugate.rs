@@ -16,6 +16,8 @@ pub struct Goal {
     pub steps: usize,
     /// |right-hand side|^2.
     pub size: f64,
+    /// |r|^2 that is rounding, at which they stop too.
+    pub least: f64,
 }
 
 /// Right-hand sides of this squared size are 0: smoke of 1e-20 underflows.
@@ -53,7 +55,8 @@ pub fn solve<T: Real>(
     let mut left = dot(exec, shape, view(r), view(r), sums);
     q.iter_mut().zip(r.iter()).for_each(|(q, r)| q.copy_from_slice(r));
     for step in 0..goal.steps {
-        if !(goal.size > NOTHING) || left <= goal.tolerance * goal.tolerance * goal.size {
+        let enough = (goal.tolerance * goal.tolerance * goal.size).max(goal.least);
+        if !(goal.size > NOTHING) || left <= enough {
             return Ok(step);
         }
         apply(view(q), image, sums)?;

@@ -23,6 +23,10 @@ use crate::transport::Stop;
 
 /// How much divergence a projection leaves of what there was.
 const LEFT: f64 = 1e-4;
+/// Where a projection leaves less than this part of |b|, it is done again: what it leaves of divergence is rounding in parts of |b|.
+const LITTLE: f64 = 1e-2;
+/// Rounding errors of |b| below which nothing of Q b is known.
+const ROUNDINGS: f64 = 16.0;
 
 /// What is minimised, and with what.
 pub(super) struct Objective<'o, 'a, T> {
@@ -187,6 +191,7 @@ impl<T: Real> Objective<'_, '_, T> {
             tolerance: self.params.cg_tolerance,
             steps: self.params.cg_iterations,
             size,
+            least: 0.0,
         }
     }
 
@@ -206,9 +211,21 @@ impl<T: Real> Objective<'_, '_, T> {
             self.add_price(exec, estimate, image);
             add(exec, self.shape(), r, 1.0, -1.0, view(image));
         }
+        let whole = dot(exec, self.shape(), view(r), view(r), sums);
         self.project(exec, observer, r, sums)?;
-        let size = dot(exec, self.shape(), view(r), view(r), sums);
-        let (goal, grid, beta) = (self.goal(size), self.grid, self.params.beta);
+        let mut size = dot(exec, self.shape(), view(r), view(r), sums);
+        let hard = self.projection.is_some();
+        if hard && size < LITTLE * LITTLE * whole {
+            // A divergence that conjugate gradients do not see in A has no curvature, and steps along it no end.
+            self.project(exec, observer, r, sums)?;
+            size = dot(exec, self.shape(), view(r), view(r), sums);
+        }
+        let rounding = if hard { ROUNDINGS * T::EPSILON } else { 0.0 };
+        let goal = Goal {
+            least: rounding * rounding * whole,
+            ..self.goal(size)
+        };
+        let (grid, beta) = (self.grid, self.params.beta);
         let fields = Fields { x: w, r, q, image };
         let products = conjugate::solve(exec, grid, fields, goal, sums, &mut |q, image, sums| {
             self.apply(exec, (1.0, beta), true, q, image);

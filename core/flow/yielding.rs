@@ -137,6 +137,7 @@ impl<'a, T: Real> Work<'a, T> {
                 tolerance: LEFT.min(0.1 * how.tolerance),
                 steps: STEPS,
                 size,
+                least: 0.0,
             };
             let fields = Fields {
                 x: &mut *x,

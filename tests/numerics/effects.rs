@@ -657,6 +657,21 @@ fn the_projection_goes_around_solids() {
     projected_among_solids(&[270, 9], "ww");
 }
 
+/// Where cells may be solid and none is, the projection is that of the box.
+#[test]
+fn the_projection_among_no_solids_is_that_of_the_box() {
+    for (cells, ends) in [(&[16usize, 12][..], "wp"), (&[8, 9, 8], "wpw")] {
+        let mut random = Random::new(43);
+        let grid = grid(cells, ends);
+        let v = random.faces(&grid, 2);
+        let one = among(&grid, &vec![false; grid.cells()], v.clone());
+        let mut other = v;
+        crate::projection::project::<f64>(&grid, 2, &mut other, None, 1e-13, usize::MAX);
+        let apart = largest_of(&add_scaled_all(&one, -1.0, &other));
+        assert!(apart < 1e-12, "{cells:?} {ends}: {apart:e}");
+    }
+}
+
 /// A small scene by `limited` transport, with eight iterations of a method.
 pub fn eight_iterations(method: Method, cells: &[usize], ends: &str, steps: usize) -> Scene {
     let small = Scene::small(cells, ends, steps);

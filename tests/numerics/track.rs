@@ -384,6 +384,57 @@ fn stillness_is_found() {
     }
 }
 
+/// Smoke that rests while all of it becomes brighter has a gradient that no flow without divergence follows: what is left of it is rounding, and no
+/// flow is made of that. The same with smoke that appears from nothing, and with a motion far below the change in brightness.
+#[test]
+fn rounding_is_no_flow() {
+    fn fastest<T: Real, S: Space>(cells: &[usize], frames: &[Vec<f64>]) -> f64 {
+        let ends = boundaries(["ww", "www"][cells.len() - 2]);
+        let found = track::<T, S>(&Serial, &in_cells(cells, &ends), &TrackParams::default(), frames);
+        let speeds = found.flows.iter().flatten().flatten();
+        speeds.fold(0.0, |most: f64, speed| most.max(speed.abs()))
+    }
+    fn both<S: Space>(what: &str, cells: &[usize], frames: &[Vec<f64>], most: f64) {
+        let [single, double] = [fastest::<f32, S>(cells, frames), fastest::<f64, S>(cells, frames)];
+        assert!(
+            single < most && double < most,
+            "{what} {cells:?}: {single} and {double}"
+        );
+    }
+    let blob = |cells: &[usize], moved: f64, times: f64| -> Vec<f64> {
+        let place = |cell: usize| {
+            let (mut rest, mut squares) = (cell, 0.0);
+            for (axis, &n) in cells.iter().enumerate() {
+                let at = (rest % n) as f64 + 0.5 - 0.5 * n as f64 - if axis == 0 { moved } else { 0.0 };
+                squares += (at / (0.2 * n as f64)).powi(2);
+                rest /= n;
+            }
+            squares
+        };
+        (0..cells.iter().product())
+            .map(|cell| times * (-place(cell)).exp())
+            .collect()
+    };
+    for cells in [&[64usize, 96][..], &[16, 14, 12]] {
+        let flicker: Vec<_> = [1.0, 1.05, 0.97].map(|times| blob(cells, 0.0, times)).into();
+        let begun: Vec<_> = [0.0, 1.0, 1.0].map(|times| blob(cells, 0.0, times)).into();
+        let slow: Vec<_> = [(0.0, 1.0), (1e-3, 1.05)]
+            .map(|(moved, times)| blob(cells, moved, times))
+            .into();
+        for (what, frames, most) in [
+            ("flicker", &flicker, 1e-3),
+            ("begun", &begun, 1e-3),
+            ("slow", &slow, 0.01),
+        ] {
+            if cells.len() == 2 {
+                both::<D2>(what, cells, frames, most);
+            } else {
+                both::<D3>(what, cells, frames, most);
+            }
+        }
+    }
+}
+
 /// Smoke that rests, to which a blob is added in every step: what was made, and the frames.
 fn made(cells: &[usize; 2], frames: usize) -> (Vec<f64>, Vec<Vec<f64>>) {
     let still = smoke(cells, 0.0);
