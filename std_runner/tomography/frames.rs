@@ -30,6 +30,14 @@ pub(super) struct Frame<T> {
     pub complete: bool,
 }
 
+impl<T: Real> Frame<T> {
+    /// Whether nothing was found, although pictures have smoke.
+    pub fn is_empty(&self) -> bool {
+        let seen = self.residual_relative > 0.0;
+        seen && !self.density.is_empty() && self.density.iter().all(|&value| value == T::ZERO)
+    }
+}
+
 /// Who watches: progress, and whether to stop.
 pub(super) struct Watch {
     pub display: Display,

@@ -170,6 +170,13 @@ impl Views {
             let why = "have nothing but zeros in all frames; there is no smoke to reconstruct: check the files and `pictures.scale`";
             return Err(self.document.refuse("camera", why));
         }
+        let threshold = self.settings.hull_threshold;
+        if brightest <= threshold {
+            let why = format!(
+                "is {threshold}, and the brightest pixel of all pictures {brightest:.4}: no camera sees smoke; it must be below that, and is 0 by default"
+            );
+            return Err(self.document.refuse("tomography.hull_threshold", why));
+        }
         if automatic_gamma {
             let (prior, dims) = (self.settings.prior, self.cells.len());
             let longest = self.cells.iter().copied().max().unwrap_or(1);

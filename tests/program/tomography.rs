@@ -4,6 +4,7 @@ use crate::support::npz::{npy, read};
 use crate::support::{fresh_folder, json, run, text};
 use serde_json::Value;
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Two frames of a disc that moves, 20 x 16 cells, and in a box.
@@ -138,6 +139,15 @@ fn bad_views_are_refused_in_a_sentence() {
         ("cells = [20, 16]", "cells = [20]", &["box.cells", "two or three"]),
         ("cells = [20, 16]", "cells = [1, 16]", &["box.cells"]),
         ("length = 1", "length = -1", &["box.length", "above 0"]),
+        (
+            "[pictures]",
+            "[tomography]\nhull_threshold = 9e9\n[pictures]",
+            &[
+                "tomography.hull_threshold",
+                "no camera sees smoke",
+                "0 by default",
+            ],
+        ),
         (
             "kind = \"orthographic\"",
             "kind = \"fisheye\"",
@@ -316,6 +326,49 @@ fn noise_below_zero_and_dark_frames_are_taken() {
 }
 
 /// A camera given as a matrix sees what the same camera given by its place sees.
+/// Cameras that see smoke, but never in the same place, leave nothing, and the user hears of it.
+#[test]
+fn cameras_that_agree_on_nothing_are_told_of() {
+    let (folder, views) = views("tomography_nowhere", 2, &[]);
+    let pictures = views.join("pictures.npz");
+    let arrays = read(&pictures);
+    let mut archive = zip::ZipWriter::new(fs::File::create(&pictures).unwrap());
+    for (name, array) in &arrays {
+        let width = *array.shape.last().unwrap();
+        let mut values = array.data.clone();
+        for row in values.chunks_exact_mut(width) {
+            // One pixel at the edge of what was seen: those of all cameras have no cell in common.
+            let lit = row.iter().position(|&value| value > 0.0).unwrap();
+            let kept = row[lit];
+            row.fill(0.0);
+            row[lit] = kept;
+        }
+        archive
+            .start_file(format!("{name}.npy"), zip::write::SimpleFileOptions::default())
+            .unwrap();
+        archive.write_all(&npy(&array.shape, &values)).unwrap();
+    }
+    archive.finish().unwrap();
+    let out = folder.join("out");
+    let ended = run(&[
+        "tomography",
+        text(&views),
+        "-o",
+        text(&out),
+        "--set",
+        "tomography.budget=1e4",
+    ]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let words = "frame 0 holds no smoke: there is no cell in which all cameras see some; check where the cameras stand and look";
+    assert!(ended.err.contains(words), "{}", ended.err);
+    assert!(
+        read(&out.join("result.npz"))["density"]
+            .data
+            .iter()
+            .all(|&value| value == 0.0)
+    );
+}
+
 #[test]
 fn a_matrix_is_the_same_camera() {
     let (folder, views) = views("tomography_matrix", 3, &["--pinhole", "--elevation", "0"]);
