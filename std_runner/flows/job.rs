@@ -12,12 +12,13 @@ use crate::interrupt::Interrupt;
 use crate::output::{OutputError, Precision as Written, Store, write_whole};
 use crate::plan::size_in_words;
 use crate::problem::Precision;
-use crate::progress::{Clock, Display};
+use crate::progress::{Clock, Display, in_words};
 use crate::region::{MARGIN, Region, touch};
 use crate::report::ARCHIVE;
 use crate::{console, run, threads};
 use serde_json::json;
 use std::path::PathBuf;
+use std::time::Instant;
 use thurible_core::{Named, Real, Refined, Status};
 
 /// Does what `request` asks for and writes the result folder; the answer is the exit code.
@@ -63,6 +64,7 @@ impl Job<'_> {
         let mut history = Vec::new();
         let status = threads::with(self.refinement.threads, || -> Result<Status, Failure> {
             let mut walk = Walk::<T>::begin(self, known, block, &mut store)?;
+            let begun = Instant::now();
             for step in 0..self.problem.steps {
                 if interrupt.asked() {
                     return Ok(Status::Cancelled);
@@ -71,7 +73,9 @@ impl Job<'_> {
                     return Ok(Status::NotFinite);
                 };
                 history.push(record);
-                display.piece(step + 1, &format!("step {}", step + 1));
+                let done = step + 1;
+                let left = (self.problem.steps - done) as f64 * begun.elapsed().as_secs_f64() / done as f64;
+                display.piece(done, &format!("step {done}, {} left", in_words(left)));
             }
             Ok(Status::Converged)
         })??;

@@ -234,3 +234,33 @@ fn what_cannot_be_is_refused_in_a_sentence() {
         assert!(!folder.join("no").exists());
     }
 }
+
+/// Ctrl-C leaves the image as far as it came.
+#[test]
+#[cfg(unix)]
+fn an_interrupt_leaves_what_is_there() {
+    use crate::support::endless::Endless;
+    let folder = fresh_folder("deblur_interrupted");
+    images(&folder);
+    let [image, psf, out] = ["blurred.npy", "psf.npy", "out"].map(|name| folder.join(name));
+    let mut command = crate::support::thurible();
+    command.args([
+        "deblur",
+        text(&image),
+        "--psf",
+        text(&psf),
+        "-o",
+        text(&out),
+        "--json",
+    ]);
+    command.args(["--budget", "100000000"]);
+    let running = Endless::seen(&mut command, |line| line.contains("\"plan\""));
+    std::thread::sleep(core::time::Duration::from_millis(300));
+    let ended = running.stop();
+    assert_eq!(ended.code, 130, "{}", ended.err);
+    let found = report(&out);
+    assert_eq!(found["status"], "cancelled");
+    let image = &read(&out.join("result.npz"))["image"];
+    assert!(image.data.iter().all(|value| value.is_finite()));
+    assert!(image.data.iter().any(|&value| value > 0.1));
+}

@@ -729,3 +729,29 @@ fn an_entry_of_an_array_over_time_is_a_shape() {
         }
     }
 }
+
+/// Ctrl-C leaves the steps that are done, whatever is made of a flow.
+#[test]
+#[cfg(unix)]
+fn an_interrupt_leaves_the_steps_that_are_done() {
+    use crate::support::endless::Endless;
+    let folder = fresh_folder("flows_interrupted");
+    let (scene, result) = (folder.join("scene.toml"), folder.join("plume"));
+    fs::write(&scene, PLUME.replace("[24, 32]", "[48, 64]")).unwrap();
+    well(&["simulate", text(&scene), "--quiet", "-o", text(&result)]);
+    for (deed, finer) in [("upsample", "--factor"), ("readvect", "--scale")] {
+        let out = folder.join(deed);
+        let mut command = crate::support::thurible();
+        command.args([deed, text(&result), "-o", text(&out), "--json", "--threads", "1"]);
+        command.args([finer, "8"]);
+        let ended = Endless::seen(&mut command, |line| line.contains("\"plan\"")).stop();
+        assert_eq!(ended.code, 130, "{deed}: {}", ended.err);
+        let said = report(&out);
+        assert_eq!(said["status"], "cancelled", "{deed}");
+        let steps = said["steps"].as_u64().unwrap() as usize;
+        assert!(steps < 12, "{deed}: {steps}");
+        let (shape, values) = array(&out, "velocity_x");
+        assert_eq!(shape[0], steps, "{deed}");
+        assert!(values.iter().all(|value| value.is_finite()), "{deed}");
+    }
+}
