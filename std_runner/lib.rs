@@ -7,7 +7,7 @@
 //! Gregson's thesis. The flow
 //! behind frames of smoke is found by a room of its own, `track`; elastic bodies are the business of `condense`.
 //!
-//! Everything here needs the feature `std` (on by default); [`threads`], [`bytes`], [`undershoot`] and [`exit`] alone are the feature `embed`. Without
+//! Everything here needs the feature `std` (on by default); [`threads`], [`bytes`], [`change`], [`undershoot`] and [`exit`] alone are the feature `embed`. Without
 //! either the library only hands on the core.
 #![cfg_attr(not(feature = "embed"), no_std)]
 
@@ -17,6 +17,8 @@ pub use thurible_core;
 pub mod address_space;
 #[cfg(feature = "embed")]
 pub mod bytes;
+#[cfg(feature = "embed")]
+pub mod change;
 #[cfg(feature = "std")]
 mod checkpoint;
 #[cfg(feature = "std")]

@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 /// Arguments of `track`.
 #[derive(Args, Debug)]
 pub struct TrackArguments {
-    /// The frames: a capture file (TOML), an .npz or .npy whose first axis is time, a result folder, or a folder or pattern of .npy, .npz or
-    /// .png files.
+    /// The frames: a capture file (TOML), an .npz or .npy whose first axis is time, a result folder, or a folder or pattern of .npy, .npz,
+    /// .vdb or picture files.
     pub capture: PathBuf,
     /// How the flow is found: direct, admm or horn_schunck [default: direct].
     #[arg(long, value_name = "M")]

@@ -130,7 +130,8 @@ impl Frames {
                 if let Some(bounds) = bounds.filter(|_| ends_with(path, "vdb")) {
                     let values =
                         vdb::frame(path, name.as_deref(), bounds).map_err(|fault| fault.of(&key, path))?;
-                    let cells = bounds.sides().to_vec();
+                    // A volume of one voxel's thickness is a plane.
+                    let cells = bounds.sides().into_iter().filter(|&side| side > 1).collect();
                     return Ok(Frame { cells, values });
                 }
                 of_file(path, name.as_deref(), ink).map_err(|fault| fault.of(&key, path))

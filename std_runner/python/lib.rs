@@ -16,6 +16,7 @@ pub mod inputs;
 pub mod iterated;
 pub mod iteration;
 mod keep;
+mod looked;
 pub mod operating;
 pub mod operator;
 pub mod place;

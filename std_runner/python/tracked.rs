@@ -19,6 +19,8 @@ pub struct Track {
     pub(crate) history: Py<PyList>,
     /// What densities were multiplied by.
     pub(crate) density_scale: f64,
+    /// What no flow does of a frame beside the one before.
+    pub(crate) remarks: Vec<String>,
     /// Bytes of the block.
     pub(crate) planned_bytes: usize,
     /// Threads that it ran on.

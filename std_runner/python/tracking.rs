@@ -15,8 +15,7 @@ use pyo3::types::{PyList, PyTuple};
 use std::time::Instant;
 use thurible::bytes::{self, grouped};
 use thurible::threads;
-use thurible::undershoot::Undershoot;
-use thurible_core::track::{FULL, Pair};
+use thurible_core::track::Pair;
 use thurible_core::{Boundary, Capture, Exec, Silent, Space, TrackParams, TrackPlan, Tracker};
 
 /// Frames that are ready to be tracked.
@@ -70,6 +69,7 @@ impl<'py> Job<'py> {
         let frames = array::<T>("frames", frames, &common)?;
         let frames = numbers(&frames)?;
         let density_scale = self.scale(&frames)?;
+        let remarks = self.compare(&frames)?;
         let (cells, boundary) = (self.cells.clone(), self.boundary.clone());
         let mut acceleration = [0.0; 3];
         acceleration
@@ -111,7 +111,7 @@ impl<'py> Job<'py> {
                 })
             })??;
         }
-        self.track(py, found, density_scale, plan.bytes())
+        self.track(py, found, (density_scale, remarks), plan.bytes())
     }
 
     /// What was made between frames, as an array of its own shape.
@@ -127,31 +127,6 @@ impl<'py> Job<'py> {
             of: "frames".into(),
         };
         array::<T>("emission", emission, &common).map(Some)
-    }
-
-    /// What densities are multiplied by, of frames that are densities.
-    fn scale<T: Number>(&self, frames: &[T]) -> PyResult<f64> {
-        if let Some(index) = frames.iter().position(|value| !value.is_finite()) {
-            return Err(refused(
-                "frames",
-                format!("value {index} is not finite; every value must be"),
-            ));
-        }
-        if let Some(found) = Undershoot::of(frames)
-            && !found.is_small()
-        {
-            let [found, remedy] = found.refused(&self.shape);
-            return Err(refused("frames", format!("{found}; {remedy}")));
-        }
-        let largest = frames.iter().map(|value| value.to_f64()).fold(0.0, f64::max);
-        if largest > 0.0 {
-            Ok(self.density_scale.unwrap_or(FULL / largest))
-        } else {
-            Err(refused(
-                "frames",
-                "have no smoke anywhere; give frames with smoke in them",
-            ))
-        }
     }
 
     /// Plans under the ceiling, on fewer threads if that is what it takes and nobody asked for a number.
@@ -245,7 +220,7 @@ impl<'py> Job<'py> {
         &self,
         py: Python<'_>,
         found: Found<T>,
-        density_scale: f64,
+        (density_scale, remarks): (f64, Vec<String>),
         planned_bytes: usize,
     ) -> PyResult<Track> {
         let part = |components: [Vec<T>; 3]| -> PyResult<Py<PyTuple>> {
@@ -276,6 +251,7 @@ impl<'py> Job<'py> {
             },
             history: history.unbind(),
             density_scale,
+            remarks,
             planned_bytes,
             threads: self.params.threads,
         })

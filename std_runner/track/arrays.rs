@@ -74,10 +74,14 @@ pub(super) fn give_initial_velocity<T: Real, S: Space>(
         };
         let mut series =
             Series::open(path, Some(&name), key).map_err(|error| refused(&scene.document, key, &error))?;
-        let faces = series
-            .read(0)
-            .map_err(|error| refused(&scene.document, key, &error))?;
-        let faces: Vec<T> = faces.into_iter().map(T::from_f64).collect();
+        // A velocity alone has an axis for each of the box; with one more it is of steps, and the first counts.
+        let alone = series.shape().len() < S::DIM;
+        let mut faces: Vec<T> = Vec::new();
+        for entry in 0..if alone { series.count() } else { 1 } {
+            let read = series.read(entry);
+            let read = read.map_err(|error| refused(&scene.document, key, &error))?;
+            faces.extend(read.into_iter().map(T::from_f64));
+        }
         let taken = tracker.set_initial_velocity(axis, &faces);
         taken.map_err(|error| {
             refuse(format!(

@@ -34,6 +34,8 @@ pub(super) fn show(display: &Display, history: &[PairRecord], all: usize) {
     );
     if let Some(error) = record.velocity_relative_error {
         text += &format!(", error {error:.3}");
+    } else if let Some(error) = record.velocity_rms_error {
+        text += &format!(", {error:.3} cells a frame where the truth rests");
     }
     display.piece(done, &text);
 }

@@ -7,10 +7,10 @@ use thurible_core::{Boundary, Real};
 pub(super) struct Errors {
     /// sqrt(mean |u - U|^2).
     pub rms: f64,
-    /// That in parts of sqrt(mean |U|^2).
-    pub relative: f64,
-    /// sqrt(sum |U| theta^2 / sum |U|), theta the angle between u and U in degrees.
-    pub angular: f64,
+    /// That in parts of sqrt(mean |U|^2); none where the truth rests.
+    pub relative: Option<f64>,
+    /// sqrt(sum |U| theta^2 / sum |U|), theta the angle between u and U in degrees; none where the truth rests.
+    pub angular: Option<f64>,
 }
 
 /// A flow at faces, x fastest, and what it lives on.
@@ -54,10 +54,11 @@ impl Measure<'_> {
             weight += size.sqrt();
         }
         let rms = (gaps / count as f64).sqrt();
+        let size = (sizes / count as f64).sqrt();
         Errors {
             rms,
-            relative: rms / (sizes / count as f64).sqrt().max(f64::MIN_POSITIVE),
-            angular: (turned / weight.max(1e-30)).sqrt(),
+            relative: (size > 0.0).then(|| rms / size),
+            angular: (weight > 0.0).then(|| (turned / weight).sqrt()),
         }
     }
 }

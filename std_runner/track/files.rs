@@ -76,7 +76,9 @@ pub(super) fn find(scene: &CaptureScene) -> Result<Found, Failure> {
         let why = format!("names {}, which is not there; correct it", path.display());
         return Err(Failure::File(format!("{}: `{KEY}` {why}", document.place(KEY))));
     };
-    refuse_gaps(document, &paths)?;
+    // Frames that are not tracked may be missing.
+    let last = scene.last.map_or(paths.len(), |last| last.saturating_add(1));
+    refuse_gaps(document, paths.get(scene.first..last).unwrap_or(&paths))?;
     let frames = Frames::of_files(paths, scene.name.as_deref(), scene.ink.as_deref(), KEY).map_err(refuse)?;
     Ok(Found {
         frames,

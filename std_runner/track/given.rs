@@ -3,17 +3,13 @@
 use super::emission::Emission;
 use super::files::{self, Found, KEY, TRUTH, refused};
 use super::scene::CaptureScene;
+use crate::change::{self, Change};
 use crate::exit::Failure;
 use crate::keyframes::{Frames, Series};
 use crate::plan::size_in_words;
 use crate::undershoot::{Undershoot, place};
 use thurible_core::Boundary;
 use thurible_core::track::FULL;
-
-/// A frame whose smoke is this many times that of the one before, or less than one so many-th, is worth a remark.
-const JUMP: f64 = 3.0;
-/// Frames in which the smoke overlaps less than this part with the one before: it has moved farther than itself.
-const OVERLAP: f64 = 0.05;
 
 /// Frames that can be tracked.
 pub(crate) struct Given {
@@ -149,7 +145,9 @@ impl Given {
                 negative = Some((count + found.count, frames + 1, found.least.min(least)));
             }
             largest = frame.values.iter().copied().fold(largest, f64::max);
-            self.compare(scene, index, &before, &frame.values)?;
+            if index > self.first {
+                self.compare(scene, index, &before, &frame.values)?;
+            }
             before = frame.values;
         }
         if let Some((count, frames, least)) = negative {
@@ -169,7 +167,7 @@ impl Given {
         ))
     }
 
-    /// Refuses a frame that has lost all smoke, and remarks on jumps.
+    /// Refuses a frame that has lost all smoke, and remarks on what no flow does.
     fn compare(
         &mut self,
         scene: &CaptureScene,
@@ -177,34 +175,20 @@ impl Given {
         before: &[f64],
         now: &[f64],
     ) -> Result<(), Failure> {
-        let [was, is]: [f64; 2] = [before, now].map(|values| values.iter().map(|value| value.max(0.0)).sum());
-        if was > 0.0 && is <= 0.0 {
+        let Some(change) = change::between(before, now) else {
+            return Ok(());
+        };
+        if change == Change::Lost {
             let remedy = "replace it, or end before it by capture.last";
-            let error = self.frames.refuse(
-                index,
-                "has no smoke anywhere, and the frame before has some",
-                remedy,
-            );
+            let found = "has no smoke anywhere, and the frame before has some";
+            let error = self.frames.refuse(index, found, remedy);
             return Err(refused(&scene.document, KEY, &error));
         }
-        if was <= 0.0 {
-            return Ok(());
-        }
-        let shared: f64 = before.iter().zip(now).map(|(a, b)| a.min(*b).max(0.0)).sum();
         let (_, number) = self.frames.place(index);
         let number = number.unwrap_or(index);
-        if is > JUMP * was || was > JUMP * is {
-            self.remarks.push(format!(
-                "from frame {} to {number} the smoke becomes {:.1} times as much, which no flow does: its flow means little",
-                number.saturating_sub(1),
-                is / was
-            ));
-        } else if shared < OVERLAP * was.min(is) {
-            self.remarks.push(format!(
-                "from frame {} to {number} the smoke jumps: hardly any of it is where it was, so its flow means little; give more frames a second, or raise track.levels",
-                number.saturating_sub(1)
-            ));
-        }
+        let frames = [number.saturating_sub(1), number];
+        self.remarks
+            .push(change.sentence(frames, ["capture.first", "track.levels"]));
         Ok(())
     }
 

@@ -92,8 +92,8 @@ impl PairRecord {
             fastest: pair.fastest,
             readvection_error: readvect.then_some(pair.readvection),
             velocity_rms_error: errors.map(|errors| errors.rms),
-            velocity_relative_error: errors.map(|errors| errors.relative),
-            angular_error: errors.map(|errors| errors.angular),
+            velocity_relative_error: errors.and_then(|errors| errors.relative),
+            angular_error: errors.and_then(|errors| errors.angular),
         }
     }
 }
@@ -161,5 +161,9 @@ fn chosen(params: &TrackParams, buoyancy: f64) -> Value {
         })
         .collect();
     all.insert("buoyancy".into(), json!(buoyancy));
+    if params.independent {
+        // Pairs on their own begin at rest, whatever predicts others.
+        all.insert("predict".into(), json!("none"));
+    }
     Value::Object(all)
 }

@@ -4,7 +4,7 @@ use crate::exit::Failure;
 use crate::scene::{Document, choose, read, shown};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
-use thurible_core::choices::Numbers;
+use thurible_core::choices::{Choices, Numbers};
 use thurible_core::flow::Minimiser;
 use thurible_core::{Boundary, TrackParams};
 use toml::{Table, Value};
@@ -255,6 +255,9 @@ fn params(document: &Document, mut track: Table) -> Result<TrackParams, Failure>
         }
     }
     let mut params = TrackParams::of(minimiser);
+    let mut known: Vec<&str> = params.table().iter().map(|choice| choice.name).collect();
+    known.extend(["initial_velocity", "buoyancy"]);
+    document.only("track", &track, &known)?;
     choose(document, "track", Some(Value::Table(track)), &mut params)?;
     params
         .check()

@@ -216,6 +216,15 @@ fn what_cannot_be_tracked_is_refused() {
         "a gap",
         &["lacks frame 2 between smoke_1.npy and smoke_3.npy", "add it"],
     );
+    // What the sentence offers: the frames before and after the gap, on their own.
+    let part = frames.with_file_name("part");
+    npy(&frames.join("smoke_4.npy"), &[12, 16], &blob(4));
+    for half in ["capture.last=1", "capture.first=2"] {
+        let ended = track(&frames, &part, &["--quiet", "--set", half]);
+        assert_eq!(ended.code, 0, "{half}: {}", ended.err);
+        assert_eq!(report(&part)["steps"], 1, "{half}");
+    }
+    fs::remove_file(frames.join("smoke_4.npy")).unwrap();
     npy(&one, &[16, 12], &blob(2));
     refused(
         "a size",
@@ -295,6 +304,136 @@ fn what_is_odd_is_said() {
         assert!(ended.err.contains(words), "{}", ended.err);
     }
     assert_eq!(report(&out)["remarks"].as_array().unwrap().len(), 2);
+    npy(&frames.join("smoke_0.npy"), &[12, 16], &[0.0; 192]);
+    npy(&frames.join("smoke_1.npy"), &[12, 16], &blob(1));
+    let ended = track(&frames, &out, &[]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let words = "from frame 0 to 1 smoke appears where there was none at all, which no flow does: its flow means nothing; begin at frame 1 by capture.first";
+    assert!(ended.err.contains(words), "{}", ended.err);
+    let first = report(&out)["history"][0]["fastest"].as_f64().unwrap();
+    assert!(first < 1e-3, "{first} cells a frame out of nothing");
+}
+
+/// The flow of the first pair is taken from a velocity alone, or from the first step of a result; of other cells it is refused.
+#[test]
+fn the_first_flow_may_be_known() {
+    let frames = files("track_initial", &[0, 1, 2]);
+    let folder = frames.parent().unwrap();
+    let (out, again) = (folder.join("out"), folder.join("again"));
+    let ended = track(&frames, &out, &["--quiet", "--set", "track.beta=0.1"]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let arrays = npz::read(&out.join("result.npz"));
+    let alone = |name: &str, skip: usize| {
+        let array = &arrays[name];
+        let shape = &array.shape[1..];
+        let count: usize = shape.iter().product();
+        (shape[skip..].to_vec(), array.data[..count].to_vec())
+    };
+    let file = folder.join("v0.npz");
+    let write = |skip: usize| {
+        let mut archive = zip::ZipWriter::new(fs::File::create(&file).unwrap());
+        for name in ["velocity_x", "velocity_y"] {
+            let (shape, values) = alone(name, 0);
+            let shape = if skip > 0 { vec![values.len()] } else { shape };
+            archive
+                .start_file(format!("{name}.npy"), zip::write::SimpleFileOptions::default())
+                .unwrap();
+            archive.write_all(&npz::npy(&shape, &values)).unwrap();
+        }
+        archive.finish().unwrap();
+    };
+    let of = |file: &Path| format!("track.initial_velocity={{ file = {:?} }}", file.to_str().unwrap());
+    let predicted = |file: &Path| {
+        let ended = track(&frames, &again, &["--quiet", "--set", &of(file)]);
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        npz::read(&again.join("result.npz"))["predicted_x"].data[..12 * 17].to_vec()
+    };
+    write(0);
+    let known = alone("velocity_x", 0).1;
+    for found in [predicted(&file), predicted(&out.join("result.npz"))] {
+        let gaps = found.iter().zip(&known).map(|(x, y)| (x - y).abs());
+        assert!(gaps.fold(0.0, f64::max) < 1e-5);
+        assert!(found.iter().any(|speed| speed.abs() > 0.05));
+    }
+    let other = files("track_initial_other", &[0]);
+    npy(&other.join("smoke_0.npy"), &[6, 16], &blob(0)[..96]);
+    npy(&other.join("smoke_1.npy"), &[6, 16], &blob(1)[..96]);
+    let ended = track(&other, &again, &["--quiet", "--set", &of(&file)]);
+    assert_eq!(ended.code, 2, "{}", ended.err);
+    let words = "has velocity_x that is refused: it has 204 values where 102 are needed";
+    assert!(ended.err.contains(words), "{}", ended.err);
+    let ended = track(&other, &again, &["--quiet", "--set", "track.forces=true"]);
+    let words = "there is no key `forces` here; expected one of `method`";
+    assert!(
+        ended.err.contains(words) && ended.err.contains("`initial_velocity`"),
+        "{}",
+        ended.err
+    );
+}
+
+/// Volumes are frames as arrays are, planes too.
+#[test]
+fn volumes_are_frames() {
+    let folder = fresh_folder("track_volumes");
+    for scene in ["small_3d", "small_letter"] {
+        let names = [scene.into(), format!("{scene}_vdb"), "out".into()];
+        let [result, volumes, out] = names.map(|name: String| folder.join(name));
+        let [from, into] = [&result, &volumes].map(|path| path.to_str().unwrap());
+        let small = [
+            "--set",
+            "output.frames=false",
+            "--quiet",
+            "--set",
+            "method.iterations=2",
+        ];
+        let solve = ["solve", &format!("examples/{scene}.toml"), "-o", from];
+        assert_eq!(run(&[&solve[..], &small].concat()).code, 0);
+        let ended = run(&["export", from, "--format", "vdb", "-o", into]);
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        let ended = track(&volumes.join("vdb"), &out, &["--quiet"]);
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        let [found, known] = [&out, &result].map(|folder| npz::read(&folder.join("result.npz")));
+        let [frames, densities] = [&found["captured"], &known["density"]];
+        assert_eq!(frames.shape.len(), densities.shape.len(), "{scene}");
+        assert_eq!(frames.shape[0], densities.shape[0], "{scene}");
+        // A box round the voxels that hold smoke, in half precision.
+        let [mass, all] = [frames, densities].map(|array| array.data.iter().sum::<f64>());
+        assert!((mass / all - 1.0).abs() < 1e-2, "{scene}: {mass} of {all}");
+        assert!(
+            found["velocity_x"].data.iter().any(|speed| speed.abs() > 1e-3),
+            "{scene}"
+        );
+    }
+}
+
+/// Where the truth rests there is no error in parts of it, and pairs on their own say that nothing was predicted.
+#[test]
+fn a_truth_that_rests_is_no_divisor() {
+    let folder = fresh_folder("track_rest");
+    let file = folder.join("smoke.npz");
+    let mut archive = zip::ZipWriter::new(fs::File::create(&file).unwrap());
+    let frames: Vec<f64> = (0..3).flat_map(blob).map(f64::from).collect();
+    let [x, y] = [vec![0.0; 2 * 12 * 17], vec![0.0; 2 * 13 * 16]];
+    for (name, shape, values) in [
+        ("density", [3, 12, 16], &frames),
+        ("velocity_x", [2, 12, 17], &x),
+        ("velocity_y", [2, 13, 16], &y),
+    ] {
+        archive
+            .start_file(format!("{name}.npy"), zip::write::SimpleFileOptions::default())
+            .unwrap();
+        archive.write_all(&npz::npy(&shape, values)).unwrap();
+    }
+    archive.finish().unwrap();
+    let out = folder.join("out");
+    let ended = track(&file, &out, &["--set", "track.independent=true"]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    assert!(ended.err.contains("where the truth rests"), "{}", ended.err);
+    let report = report(&out);
+    assert_eq!(report["track"]["predict"], "none");
+    let pair = &report["history"][0];
+    assert!(pair["velocity_rms_error"].as_f64().unwrap() > 0.0);
+    assert!(pair.get("velocity_relative_error").is_none() && pair.get("angular_error").is_none());
 }
 
 #[test]

@@ -783,6 +783,17 @@ class Track(unittest.TestCase):
             self.assertLess(found.history[0]["misfit"], 0.9 * found.history[0]["misfit_predicted"])
             self.assertGreater(found.planned_bytes, 0)
 
+    def test_what_no_flow_does_is_said(self):
+        frames = self.frames(np.float32)
+        self.assertEqual(thurible_smoke.track(frames).remarks, [])
+        frames[0] = 0
+        found = thurible_smoke.track(frames)
+        self.assertEqual(len(found.remarks), 1)
+        self.assertIn("from frame 0 to 1 smoke appears where there was none at all", found.remarks[0])
+        self.assertIn("begin at frame 1 by frames[1:]", found.remarks[0])
+        # It is no motion either.
+        self.assertLess(max(np.abs(component[0]).max() for component in found.velocity), 1e-3)
+
     def test_in_3d_and_by_every_method(self):
         frames = self.frames(np.float32, (9, 10, 12), 3)
         for method in ["direct", "admm", "horn_schunck"]:
@@ -795,6 +806,7 @@ class Track(unittest.TestCase):
         for error, words, given in [
             (ValueError, "a flow needs two frames", {"frames": frames[:1]}),
             (ValueError, "no smoke", {"frames": 0 * frames}),
+            (ValueError, "frame 2 has no smoke anywhere, and the frame before has some; give frames\\[:2\\]", {"frames": np.where(np.arange(4)[:, None, None] == 2, 0, frames)}),
             (ValueError, "value 5 is not finite", {"frames": np.where(np.arange(frames.size).reshape(frames.shape) == 5, np.nan, frames)}),
             (ValueError, "has 2 axes", {"frames": frames[0]}),
             (ValueError, "must be .direct. or", {"method": "magic"}),

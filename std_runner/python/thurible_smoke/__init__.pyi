@@ -266,6 +266,9 @@ class Track:
     def density_scale(self) -> float:
         """What densities were multiplied by."""
     @property
+    def remarks(self) -> list[str]:
+        """Sentences about frames that no flow makes of the ones before; mostly none."""
+    @property
     def planned_bytes(self) -> int:
         """Bytes of the block."""
     @property
