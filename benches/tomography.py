@@ -74,7 +74,7 @@ def reconstruct(options, folder, n, views, settings):
     out = folder / "out"
     more = [part for key, value in settings.items() for part in ("--set", f"tomography.{key}={value}")]
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    run([options.thurible, "tomography", folder, "-o", out, "--quiet", "--threads", "1", *more])
+    run([options.thurible, "tomography", folder, "-o", out, "--quiet", "--force", "--threads", "1", *more])
     seconds = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
     report = json.loads((out / "report.json").read_text())
     history = report["history"]
@@ -174,7 +174,7 @@ def deblur(options):
             def by(*more):
                 before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
                 run([options.thurible, "deblur", folder / "q.npy", "--psf", folder / "f.npy", "--truth", folder / "truth.npy",
-                     "-o", folder / "out", "--quiet", "--precision", "f64", *map(str, more)])
+                     "-o", folder / "out", "--quiet", "--force", "--precision", "f64", *map(str, more)])
                 if "richardson_lucy" in more or "tv" in more:
                     seconds.append(resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before)
                 return json.loads((folder / "out/report.json").read_text())
@@ -221,7 +221,7 @@ class Desk:
     def by(self, *more):
         before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
         run([self.options.thurible, "deblur", self.folder / "q.npy", "--psf", self.folder / "f.npy", "--truth", self.folder / "truth.npy",
-             "-o", self.folder / "out", "--quiet", "--precision", "f64", *map(str, more)])
+             "-o", self.folder / "out", "--quiet", "--force", "--precision", "f64", *map(str, more)])
         self.seconds = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
         return json.loads((self.folder / "out/report.json").read_text())
 
@@ -360,7 +360,7 @@ def novel(options):
                 ways += [(prior, []), (prior, ["--set", "tomography.volume=true"])]
             for prior, more in ways:
                 before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-                run([options.thurible, "tomography", folder, "-o", folder / "out", "--quiet", "--threads", "1",
+                run([options.thurible, "tomography", folder, "-o", folder / "out", "--quiet", "--force", "--threads", "1",
                      "--set", f'tomography.prior="{prior}"', "--set", "tomography.budget=1e7", *more, *(part for text in options.set for part in ("--set", text))])
                 seconds = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
                 report = json.loads((folder / "out/report.json").read_text())
@@ -394,7 +394,7 @@ def figures(options):
         np.save(folder / "f.npy", f)
         images = [q]
         for more in (["--method", "richardson_lucy", "--iterations", "60"], ["--prior", "tv", "--tau", "0.8"]):
-            run([options.thurible, "deblur", folder / "q.npy", "--psf", folder / "f.npy", "-o", folder / "d", "--quiet", *more])
+            run([options.thurible, "deblur", folder / "q.npy", "--psf", folder / "f.npy", "-o", folder / "d", "--quiet", "--force", *more])
             images.append(np.load(folder / "d/result.npz")["image"])
         plates("docs/images/deblur.png", images + [truth], 3)
 

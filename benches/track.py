@@ -123,7 +123,7 @@ def worked():
 def track(program, frames, folder, more):
     """The report, and the seconds that a processor worked for a pair."""
     before = worked()
-    subprocess.run([program, "track", frames, "-o", folder, "--quiet", *more], check=True)
+    subprocess.run([program, "track", frames, "-o", folder, "--quiet", "--force", *more], check=True)
     report = json.loads((folder / "report.json").read_text())
     return report, (worked() - before) / report["steps"]
 

@@ -16,7 +16,7 @@ pub(crate) fn solve(options: &RunOptions, request: Request) -> Result<Outcome, F
         devices::steers(&request.scene)?;
     }
     if !request.overwrites {
-        refuse_result(&request.folder)?;
+        refuse_result(&request.folder, "-o DIR or --name-by-time")?;
     }
     if request.scene.method.fluids.chosen {
         fluids::solve(options, request)

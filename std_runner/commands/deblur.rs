@@ -1,5 +1,6 @@
 //! `thurible deblur IMAGE --psf X`: a sharp image from a blurred one.
 
+use super::options::Overwriting;
 use crate::bytes;
 use crate::deblur::{Light, Request, restore};
 use crate::exit::Failure;
@@ -81,6 +82,9 @@ pub struct DeblurArguments {
     /// Print the memory that it takes, to the byte, and stop.
     #[arg(long)]
     pub plan: bool,
+    /// What becomes of a result that is there.
+    #[command(flatten)]
+    pub overwriting: Overwriting,
     /// Print nothing but errors.
     #[arg(long, conflicts_with = "json")]
     pub quiet: bool,
@@ -91,6 +95,9 @@ pub struct DeblurArguments {
 
 /// Restores the image; the answer is the exit code.
 pub fn run(arguments: &DeblurArguments) -> Result<u8, Failure> {
+    if !arguments.plan {
+        arguments.overwriting.check(&arguments.output)?;
+    }
     let default = match (arguments.method, arguments.prior) {
         (Restorer::Wiener, _) => 3e-3,
         (_, ImagePrior::Sparse | ImagePrior::Gamma) => 1e-4,

@@ -1,7 +1,7 @@
 //! Options that several commands share.
 
 use crate::checkpoint::{self, Every};
-use crate::destination::put_in_order;
+use crate::destination::{put_in_order, refuse_result};
 use crate::devices::{self, Searching};
 use crate::exit::Failure;
 use crate::plan::PlanOptions;
@@ -82,6 +82,24 @@ pub struct Keeping {
     /// Its page.
     #[command(flatten)]
     pub watching: Watching,
+}
+
+/// What becomes of a result that is there, of commands that keep no state.
+#[derive(Args, Clone, Debug)]
+pub struct Overwriting {
+    /// Write over a result that the folder holds.
+    #[arg(long)]
+    pub force: bool,
+}
+
+impl Overwriting {
+    /// Refuses a folder whose result would be lost.
+    pub(crate) fn check(&self, folder: &Path) -> Result<(), Failure> {
+        if self.force {
+            return Ok(());
+        }
+        refuse_result(folder, "-o DIR")
+    }
 }
 
 /// Where a search goes.

@@ -1,6 +1,6 @@
 //! `thurible readvect DIR`: the flow of a result carries its smoke again.
 
-use super::options::Resources;
+use super::options::{Overwriting, Resources};
 use super::takes::request;
 use crate::exit::Failure;
 use crate::flows::Deed;
@@ -22,6 +22,9 @@ pub struct ReadvectArguments {
     /// Cells 1, 2, 4 or 8 times as fine in every direction.
     #[arg(long, value_name = "1|2|4|8", value_parser = scale, default_value = "1")]
     pub scale: usize,
+    /// What becomes of a result that is there.
+    #[command(flatten)]
+    pub overwriting: Overwriting,
     /// Those of the machine.
     #[command(flatten)]
     pub resources: Resources,
@@ -34,7 +37,9 @@ pub fn run(arguments: &ReadvectArguments) -> Result<u8, Failure> {
     };
     let from = (arguments.result.as_path(), arguments.at);
     let to = (arguments.output.as_deref(), "_readvect");
-    crate::flows::run(&request(&arguments.resources, from, to, deed))
+    let request = request(&arguments.resources, from, to, deed);
+    arguments.overwriting.check(&request.folder)?;
+    crate::flows::run(&request)
 }
 
 /// Reads how many times as fine cells are to be; the error says what is allowed.

@@ -1,6 +1,6 @@
 //! `thurible remap DIR --solid FILE`: the flow of a result among other solid cells.
 
-use super::options::Resources;
+use super::options::{Overwriting, Resources};
 use super::takes::{not_negative, request};
 use crate::exit::Failure;
 use crate::flows::Deed;
@@ -28,6 +28,9 @@ pub struct RemapArguments {
     /// How dear the vorticity of the change is, beside the change itself: a smooth change takes 5 to 15 times as long.
     #[arg(long, value_name = "A", value_parser = not_negative, default_value = "0", allow_negative_numbers = true)]
     pub alpha: f64,
+    /// What becomes of a result that is there.
+    #[command(flatten)]
+    pub overwriting: Overwriting,
     /// Those of the machine.
     #[command(flatten)]
     pub resources: Resources,
@@ -42,5 +45,7 @@ pub fn run(arguments: &RemapArguments) -> Result<u8, Failure> {
     };
     let from = (arguments.result.as_path(), arguments.at);
     let to = (arguments.output.as_deref(), "_remapped");
-    crate::flows::run(&request(&arguments.resources, from, to, deed))
+    let request = request(&arguments.resources, from, to, deed);
+    arguments.overwriting.check(&request.folder)?;
+    crate::flows::run(&request)
 }

@@ -1,6 +1,6 @@
 //! `thurible tomography VIEWS`: density from photographs.
 
-use super::options::Options;
+use super::options::{Options, Overwriting};
 use crate::exit::Failure;
 use crate::tomography::{Request, reconstruct};
 use clap::Args;
@@ -17,6 +17,9 @@ pub struct TomographyArguments {
     /// Print the memory that it takes, to the byte, and stop.
     #[arg(long)]
     pub plan: bool,
+    /// What becomes of a result that is there.
+    #[command(flatten)]
+    pub overwriting: Overwriting,
     /// The common options.
     #[command(flatten)]
     pub options: Options,
@@ -24,6 +27,9 @@ pub struct TomographyArguments {
 
 /// Reconstructs every frame; the answer is the exit code.
 pub fn run(arguments: &TomographyArguments) -> Result<u8, Failure> {
+    if !arguments.plan {
+        arguments.overwriting.check(&arguments.output)?;
+    }
     reconstruct(&Request {
         views: &arguments.views,
         folder: arguments.output.clone(),

@@ -1,6 +1,6 @@
 //! `thurible track CAPTURE`: the flow behind frames of smoke.
 
-use super::options::Options;
+use super::options::{Options, Overwriting};
 use crate::exit::{DONE, Failure};
 use crate::progress::{Clock, Mode};
 use crate::track::{self, CaptureScene, Request};
@@ -25,6 +25,9 @@ pub struct TrackArguments {
     /// True velocities to compare with: an .npz with velocity_x, velocity_y (and velocity_z).
     #[arg(long, value_name = "FILE")]
     pub truth: Option<PathBuf>,
+    /// What becomes of a result that is there.
+    #[command(flatten)]
+    pub overwriting: Overwriting,
     /// The common options.
     #[command(flatten)]
     pub options: Options,
@@ -51,6 +54,7 @@ pub fn run(arguments: &TrackArguments) -> Result<u8, Failure> {
         .output
         .clone()
         .unwrap_or_else(|| beside(&arguments.capture));
+    arguments.overwriting.check(&folder)?;
     let request = Request {
         scene,
         folder,

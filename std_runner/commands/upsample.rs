@@ -1,6 +1,6 @@
 //! `thurible upsample DIR`: the flow of a result on finer cells, with the turbulence that its own were too coarse for.
 
-use super::options::Resources;
+use super::options::{Overwriting, Resources};
 use super::takes::{not_negative, request};
 use crate::exit::Failure;
 use crate::flows::Deed;
@@ -29,6 +29,9 @@ pub struct UpsampleArguments {
     /// The step to begin at.
     #[arg(long, value_name = "K", default_value_t = 0)]
     pub at: usize,
+    /// What becomes of a result that is there.
+    #[command(flatten)]
+    pub overwriting: Overwriting,
     /// Those of the machine.
     #[command(flatten)]
     pub resources: Resources,
@@ -45,7 +48,9 @@ pub fn run(arguments: &UpsampleArguments) -> Result<u8, Failure> {
     };
     let from = (arguments.result.as_path(), arguments.at);
     let to = (arguments.output.as_deref(), "_upsampled");
-    crate::flows::run(&request(&arguments.resources, from, to, deed))
+    let request = request(&arguments.resources, from, to, deed);
+    arguments.overwriting.check(&request.folder)?;
+    crate::flows::run(&request)
 }
 
 /// Reads how many times as fine cells are to be; the error says what is allowed.

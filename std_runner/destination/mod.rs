@@ -66,11 +66,11 @@ pub(crate) fn place_of(folder: &Path) -> PathBuf {
     resolved(folder).unwrap_or_else(|_| folder.to_path_buf())
 }
 
-/// Refuses a folder that holds a whole result already.
+/// Refuses a folder that holds a whole result already; `others` are the options that choose another one.
 ///
 /// # Errors
 /// It does.
-pub(crate) fn refuse_result(folder: &Path) -> Result<(), Failure> {
+pub(crate) fn refuse_result(folder: &Path, others: &str) -> Result<(), Failure> {
     let Ok(place) = resolved(folder) else {
         return Ok(());
     };
@@ -81,7 +81,7 @@ pub(crate) fn refuse_result(folder: &Path) -> Result<(), Failure> {
     }
     let shown = folder.display();
     Err(Failure::File(format!(
-        "{shown} holds a result already: keep it and choose another folder with -o DIR or --name-by-time, or write over it with --force"
+        "{shown} holds a result already: keep it and choose another folder with {others}, or write over it with --force"
     )))
 }
 

@@ -31,7 +31,11 @@ fn images(folder: &Path) {
 
 fn deblur(folder: &Path, image: &str, out: &str, more: &[&str]) -> Ended {
     let (image, out) = (folder.join(image), folder.join(out));
-    run(&[&["deblur", text(&image), "--quiet", "-o", text(&out)], more].concat())
+    run(&[
+        &["deblur", text(&image), "--quiet", "--force", "-o", text(&out)],
+        more,
+    ]
+    .concat())
 }
 
 fn report(folder: &Path) -> Value {

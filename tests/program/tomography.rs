@@ -59,7 +59,7 @@ fn views(test: &str, dims: usize, more: &[&str]) -> (PathBuf, PathBuf) {
 }
 
 fn reconstruct(views: &Path, out: &Path, more: &[&str]) -> crate::support::Ended {
-    let mut arguments = vec!["tomography", text(views), "--quiet", "-o", text(out)];
+    let mut arguments = vec!["tomography", text(views), "--quiet", "--force", "-o", text(out)];
     arguments.extend(more);
     run(&arguments)
 }

@@ -33,6 +33,7 @@ fn track(frames: &Path, out: &Path, more: &[&str]) -> crate::support::Ended {
         out.to_str().unwrap(),
         "--threads",
         "2",
+        "--force",
     ];
     run(&[&arguments[..], more].concat())
 }
@@ -569,4 +570,27 @@ fn what_is_made_is_taken_off() {
         "{}",
         ended.err
     );
+}
+
+/// What follows on frames and flows does not write over a result unless it is asked to.
+#[test]
+fn a_result_is_written_over_when_asked() {
+    let frames = files("track_again", &[0, 1, 2]);
+    let (out, on) = (frames.with_file_name("out"), frames.with_file_name("on"));
+    let [capture, from, into] = [&frames, &out, &on].map(|path| path.to_str().unwrap());
+    for arguments in [
+        &["track", capture, "-o", from, "--quiet"][..],
+        &["readvect", from, "-o", into, "--quiet"],
+    ] {
+        let folder = Path::new(arguments[3]);
+        assert_eq!(run(arguments).code, 0);
+        let before = fs::read(folder.join("report.json")).unwrap();
+        let ended = run(arguments);
+        assert_eq!(ended.code, 4, "{}", ended.err);
+        let words = "holds a result already: keep it and choose another folder with -o DIR, or write over it with --force";
+        assert!(ended.err.contains(words), "{}", ended.err);
+        assert!(fs::read(folder.join("report.json")).unwrap() == before);
+        let ended = run(&[arguments, &["--force"]].concat());
+        assert_eq!(ended.code, 0, "{}", ended.err);
+    }
 }
