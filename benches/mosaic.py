@@ -179,7 +179,7 @@ def main(checkout, page, limit):
             cells += [cell(row, "seconds", ".2f"), cell(row, "mebibytes", ".0f"), cell(row, "norm", ".3g"), cell(row, "difference", ".1e")]
         gradients.append("| " + " | ".join(cells) + " |")
         row = rows[solver, "recovery"]
-        recovered.append("| " + " | ".join([name, cell(row, "error", ".3f"), cell(row, "loss", ".1e"), cell(row, "seconds", ".0f")]) + " |")
+        recovered.append("| " + " | ".join([name, cell(row, "error", ".1e"), cell(row, "loss", ".1e"), cell(row, "seconds", ".0f")]) + " |")
     begin, end = map(re.escape, MARKS)
     text = "\n\n".join([MARKS[0], "\n".join(gradients), "\n".join(recovered), MARKS[1]])
     page.write_text(re.sub(f"{begin}.*?{end}", lambda _: text, page.read_text(), count=1, flags=re.DOTALL))
