@@ -173,11 +173,21 @@ fn a_result_has_what_the_chapter_says() {
         "{squares} {}",
         part("force")
     );
-    assert!(
-        fs::read_to_string(out.join("report.html"))
-            .unwrap()
-            .contains("stable_fluids")
+    // The mass at each keyframe's step, over that of the source.
+    let mass = |step: usize| arrays["density"].data[320 * step..][..320].iter().sum::<f64>();
+    for keyframe in keyframes {
+        let expected = mass(keyframe["step"].as_u64().unwrap() as usize) / mass(0);
+        let found = keyframe["mass_ratio"].as_f64().unwrap();
+        assert!((found - expected).abs() < 1e-12, "{found}, not {expected}");
+    }
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("stable_fluids"));
+    let ratio = keyframes[1]["mass_ratio"].as_f64().unwrap();
+    let said = format!(
+        "The smoke has {} % of the mass of the source.",
+        (1000.0 * ratio).round() / 10.0
     );
+    assert!(page.contains(&said), "{said}");
 }
 
 /// The flow of a result, from its own velocity at the start and its templates, is the flow that is simulated.
