@@ -459,7 +459,7 @@ fn damaged_files_are_refused_by_name() {
 fn what_does_not_go_together_is_refused_by_name() {
     let folder = fresh_folder("condense_refusals");
     let left = |more: &str| format!("{LEFT}\n{more}");
-    let rows: [(&str, &str, &str); 30] = [
+    let rows: [(&str, &str, &str); 31] = [
         (MESH, "grid = [2, 0], size = [1.0, 1.0]", "`mesh.grid` is [2, 0]"),
         (MESH, "grid = [2], size = [1.0]", "`mesh.grid` is [2]"),
         (MESH, "grid = [2, 2], size = [1.0, -1.0]", "as many sizes above 0"),
@@ -527,7 +527,12 @@ fn what_does_not_go_together_is_refused_by_name() {
         ),
         (
             METHODS,
-            "methods = [\"plain\"]\nbasis = \"fixed\"\nradius = 2",
+            "methods = [\"newton\", \"plain\"]\nbasis = \"fixed\"",
+            "`solver.basis` is for methods that have one, and \"newton\" has none",
+        ),
+        (
+            METHODS,
+            "methods = [\"plain\"]\nradius = 2",
             "`solver.radius` is for methods that keep a basis",
         ),
         (
@@ -585,6 +590,10 @@ fn what_does_not_go_together_is_refused_by_name() {
             "--basis corotated: `solver.basis`",
         ),
         (
+            vec!["condense", "stretch", "--methods", "newton", "--basis", "fixed"],
+            "--basis fixed: `solver.basis` is for methods that have one",
+        ),
+        (
             vec!["condense", "stretch", "--methods", "cc,gauss", "--plan"],
             "--methods cc,gauss: `solver.methods`",
         ),
@@ -593,6 +602,9 @@ fn what_does_not_go_together_is_refused_by_name() {
         assert!(ended.code == 2 || ended.code == 4, "{arguments:?}: {}", ended.err);
         assert!(ended.err.contains(said), "{arguments:?}: {}", ended.err);
     }
+    // The bases of a preset are not meant for methods that the command line names.
+    let ended = run(&["condense", "cantilever", "--methods", "newton", "--plan"]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
 }
 
 /// A boundary that is pushed through the mesh is not finite, and a cap that is reached is no failure; both leave their results.
