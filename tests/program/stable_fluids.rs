@@ -258,6 +258,13 @@ fn any_ceiling_gives_the_same_arrays() {
     assert!(fewer["slots"].as_u64().unwrap() > 0, "{}", fewer["slots"]);
     let array = |folder: &Path| fs::read(folder.join("result.npz")).unwrap();
     assert!(array(&out) == array(&three) && array(&out) == array(&less));
+    let short = kept["memory"]["planned_bytes"].as_u64().unwrap() - 1;
+    let limit = ["--memory-limit", &short.to_string()];
+    let more = [&["--set", "method.stable_fluids.slots=3"], &limit[..]].concat();
+    let (_, ended) = ran("stable_fluids_too_many", SCENE, "solve", &more);
+    assert_eq!(ended.code, 3, "{}", ended.err);
+    let said = "or set `method.stable_fluids.slots` to \"auto\"";
+    assert!(ended.err.contains(said), "{}", ended.err);
     let (_, ended) = ran("stable_fluids_none", SCENE, "solve", &["--memory-limit", "64KiB"]);
     assert_eq!(ended.code, 3);
     assert!(
