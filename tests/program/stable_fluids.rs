@@ -1,7 +1,7 @@
 //! Scenes that Stable Fluids solve, plan, compare and simulate, and those that it refuses.
 
 use crate::support::npz::{Array, npy, read};
-use crate::support::{Ended, fresh_folder, run};
+use crate::support::{Ended, fresh_folder, json, run};
 use serde_json::Value;
 use std::fs;
 use std::io::Write;
@@ -334,6 +334,30 @@ fn it_is_compared_with_the_others() {
         .collect();
     assert_eq!(methods, ["direct", "stable_fluids"]);
     assert!(out.join("stable_fluids/result.npz").exists());
+    // Its J in the table is that of its flow on the grid of the others; its own stands beside it.
+    let number = |value: &Value| value.as_f64().unwrap();
+    let [direct, row] = [0, 1].map(|row| &facts["rows"][row]);
+    let [of_direct, report] =
+        ["direct", "stable_fluids"].map(|method| json(&out.join(method).join("report.json")));
+    let (there, own) = (&row["objective"], &report["objective"]);
+    assert_eq!(&row["own_objective"], own);
+    assert_ne!(there["total"], own["total"]);
+    assert!(
+        number(&there["force"]) > 0.0 && own["force"] == 0.0,
+        "{there} {own}"
+    );
+    assert!(
+        number(&own["initial"]) > 0.0 && there["initial"].is_null(),
+        "{there} {own}"
+    );
+    let parts = number(&there["data"]) + number(&there["force"]);
+    assert!((number(&there["total"]) - parts).abs() < 1e-12 * parts, "{there}");
+    assert_eq!(
+        (&direct["objective"], direct["own_objective"].is_null()),
+        (&of_direct["objective"], true)
+    );
+    // The staggered grid keeps the mass, and does not speak of it.
+    assert!(of_direct["keyframes"][0]["mass_ratio"].is_null());
 }
 
 #[test]
