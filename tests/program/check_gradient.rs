@@ -85,6 +85,17 @@ fn gradients_of_stable_fluids_are_exact() {
             );
         }
     }
+    let whole = run(&[
+        &[
+            "check-gradient",
+            "examples/small_letter.toml",
+            "--set",
+            "method.stable_fluids.slots=0",
+        ],
+        &fluids[..],
+    ]
+    .concat());
+    assert!(whole.out.contains(" bytes, all steps kept"), "{}", whole.out);
     let free = ["--set", "keyframe=[]"];
     refused(
         &run(&[
