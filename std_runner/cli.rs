@@ -72,8 +72,12 @@ pub enum Command {
     /// term of the keyframes, a plain sum of squares over cells, or that of the last density where there is none. It is differentiated by
     /// all that the simulation follows from at once: the density and the velocity at the start, the force of every step, buoyancy, and
     /// rates, targets, velocities and shapes of emitters. The point is near the scene's start, with some haze and stir, since transport has
-    /// kinks at sharp edges and at rest. Always in f64. The exit code is 1 where the remainder is of first order at the steps 1e-6 and
-    /// 1e-7 too.
+    /// kinks at sharp edges and at rest.
+    ///
+    /// Of a scene of the method stable_fluids the search is checked: J is its objective, differentiated by the unknowns of its controls,
+    /// the velocity at the start, forces, templates.
+    ///
+    /// Always in f64. The exit code is 1 where the remainder is of first order at the steps 1e-6 and 1e-7 too.
     CheckGradient(CheckGradientArguments),
     /// Look at a scene before it is solved.
     #[command(subcommand)]

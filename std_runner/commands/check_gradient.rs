@@ -1,4 +1,4 @@
-//! `thurible check-gradient SCENE`: Taylor's test of the gradient of a scene's simulation.
+//! `thurible check-gradient SCENE`: Taylor's test of the gradient of a scene's simulation, or of its search by Stable Fluids.
 
 use super::options::Options;
 use crate::bytes::grouped;
@@ -14,6 +14,7 @@ use std::path::PathBuf;
 
 /// Arguments of `check-gradient`.
 #[derive(Args, Debug)]
+#[command(mut_arg("precision", |arg| arg.help("Precision of all fields: f64 alone, since rounding errors of f32 drown differences")))]
 pub struct CheckGradientArguments {
     /// The scene file (TOML).
     pub scene: PathBuf,
@@ -66,10 +67,12 @@ fn show(table: &Table) {
         slots,
         repeated,
     } = table.kept;
-    print(&format!(
-        "operator: {} bytes, {slots} states kept, {repeated} steps repeated",
-        grouped(bytes)
-    ));
+    // No states are kept where everything is that the way back reads.
+    let kept = match slots {
+        0 => "all steps kept".into(),
+        _ => format!("{slots} states kept, {repeated} steps repeated"),
+    };
+    print(&format!("memory: {} bytes, {kept}", grouped(bytes)));
     print("    step        J(t) - J       remainder   in parts of the derivative");
     for row in &table.rows {
         print(&format!(

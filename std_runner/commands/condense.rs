@@ -12,6 +12,7 @@ use toml::Value;
 
 /// Arguments of `condense`.
 #[derive(Args, Debug)]
+#[command(mut_arg("precision", |arg| arg.help("Precision of all numbers [default: f64]")))]
 pub struct CondenseArguments {
     /// A preset, or a scene file that ends in .toml. --list shows the presets.
     #[arg(value_name = "PRESET|SCENE.toml", required_unless_present = "list")]
@@ -28,7 +29,7 @@ pub struct CondenseArguments {
     /// Keep a basis within so many edges.
     #[arg(long, value_name = "W")]
     pub radius: Option<u32>,
-    /// The common options. The precision is f64 if none is given.
+    /// The common options.
     #[command(flatten)]
     pub options: Options,
     /// Where the page and the result folders go.

@@ -146,7 +146,7 @@ fn case(label: String, document: Document, most: usize) -> Result<Case, Failure>
     let problem = Problem::of(&document, most)?;
     let mut variants: Vec<Variant> = Vec::new();
     let takes = problem.methods.iter().any(|method| method.is_built());
-    if problem.basis_given && !takes && problem.bases.iter().any(|&basis| basis != Basis::Fixed) {
+    if problem.basis_given && !takes {
         let name = problem.methods.first().map_or("newton", |method| method.name());
         return Err(document.refuse("solver.basis", format!("is for methods that have one, and \"{name}\" has none; leave it out, or add the method \"cc\"")));
     }

@@ -27,7 +27,7 @@ pub(super) struct Problem {
     pub impulse: Option<(usize, Vec<f64>)>,
     pub methods: Vec<Update>,
     pub bases: Vec<Basis>,
-    /// Whether a basis was asked for, and not only by default.
+    /// Whether a basis was asked for, and not by a scene whose methods the command line replaces.
     pub basis_given: bool,
     /// What all methods share.
     pub params: CondenseParams,
@@ -57,7 +57,8 @@ impl Problem {
             bump: bump(document, &load, &mesh)?,
             methods: methods(document, &solver)?,
             bases: bases(document, &solver)?,
-            basis_given: solver.basis.is_some(),
+            basis_given: solver.basis.is_some()
+                && (document.overrides("solver.basis") || !document.overrides("solver.methods")),
             params: params(document, &solver, dt)?,
             moves: if moves.iter().all(|&x| x == 0.0) {
                 Vec::new()

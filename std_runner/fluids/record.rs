@@ -112,14 +112,18 @@ pub(super) fn of<T: Real, S: Space>(
 fn keyframes(known: &Known<'_>, seen: &Seen) -> Vec<KeyframeRecord> {
     let stays = known.scene.keyframes.iter().map(|keyframe| keyframe.stay());
     let each_step = stays.flat_map(|stay| stay.steps().map(move |step| (step, stay)));
-    let all = each_step.zip(&seen.errors).zip(known.mass_factors);
-    all.map(|(((step, stay), error), &mass_factor)| KeyframeRecord {
-        step,
-        relative_l2: error.after,
-        relative_l2_before: error.before,
-        mass_factor,
-        stay,
-    })
+    let seen = seen.errors.iter().zip(&seen.mass_ratios);
+    let all = each_step.zip(seen).zip(known.mass_factors);
+    all.map(
+        |(((step, stay), (error, &mass_ratio)), &mass_factor)| KeyframeRecord {
+            step,
+            relative_l2: error.after,
+            relative_l2_before: error.before,
+            mass_factor,
+            mass_ratio: Some(mass_ratio),
+            stay,
+        },
+    )
     .collect()
 }
 

@@ -21,6 +21,8 @@ pub(super) struct Seen {
     pub range: [f64; 2],
     /// How far each keyframe was missed, for every step that it stands at.
     pub errors: Vec<KeyframeError>,
+    /// The mass of the smoke at each of those steps, over that of the source.
+    pub mass_ratios: Vec<f64>,
 }
 
 /// The arrays by their numbers in the store, and what is seen on the way.
@@ -35,6 +37,8 @@ struct Writing<'a> {
     seen: Seen,
     /// The largest density of the source.
     densest: f64,
+    /// The mass of the source.
+    mass: f64,
 }
 
 /// Runs forward with the unknowns as they are, and puts all steps into the store.
@@ -62,8 +66,10 @@ pub(super) fn write<T: Real, S: Space>(
         seen: Seen {
             range: [f64::INFINITY, f64::NEG_INFINITY],
             errors: Vec::new(),
+            mass_ratios: Vec::new(),
         },
         densest: 0.0,
+        mass: 0.0,
     };
     let mut failed = None;
     // Nobody stops it: a result is written of what was found, however it ended.
@@ -94,6 +100,7 @@ impl Writing<'_> {
         }
         if step == 0 {
             self.densest = densest(density);
+            self.mass = mass(density);
         }
         self.keyframes(step, density)?;
         for (axis, &array) in self.velocity.iter().enumerate() {
@@ -135,8 +142,14 @@ impl Writing<'_> {
             after: distance(found, &wanted),
             denser: densest(&wanted) / self.densest,
         });
+        self.seen.mass_ratios.push(mass(found) / self.mass);
         Ok(())
     }
+}
+
+/// The sum of a density over cells.
+fn mass<T: Real>(density: &[T]) -> f64 {
+    density.iter().map(|density| density.to_f64()).sum()
 }
 
 /// Adds what was found of the templates.

@@ -146,18 +146,24 @@ fn keyframes(record: &RunRecord, gallery: &Gallery) -> String {
                 } else {
                     String::new()
                 };
+                let kept = facts.mass_ratio.map_or_else(String::new, |ratio| {
+                    format!(
+                        " The smoke has {} % of the mass of the source.",
+                        number((1000.0 * ratio).round() / 10.0)
+                    )
+                });
                 let [after, before] = [facts.relative_l2, facts.relative_l2_before]
                     .map(|error| number((1000.0 * error).round() / 10.0));
                 let Stay { first, last } = facts.stay;
                 if facts.stay.is_held() {
                     format!(
                         "<p>Steps {first} to {last}: off by at most {after} % of the target (relative L2), at step {}, which is shown; \
-                         the source held still by {before} %.{scaled}</p>",
+                         the source held still by {before} %.{scaled}{kept}</p>",
                         facts.step
                     )
                 } else {
                     format!(
-                        "<p>Step {first}: off by {after} % of the target (relative L2), the source held still by {before} %.{scaled}</p>"
+                        "<p>Step {first}: off by {after} % of the target (relative L2), the source held still by {before} %.{scaled}{kept}</p>"
                     )
                 }
             });

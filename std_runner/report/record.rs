@@ -244,6 +244,9 @@ pub struct KeyframeRecord {
     pub relative_l2_before: f64,
     /// What the target was multiplied by.
     pub mass_factor: f64,
+    /// The mass of the smoke at the step over that of the source; only Stable Fluids, which do not keep it, say it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_ratio: Option<f64>,
     /// All steps of the keyframe; the page says them, `report.json` lists them anyway.
     #[serde(skip)]
     pub stay: Stay,

@@ -155,6 +155,7 @@ impl Facts<'_> {
                 relative_l2: error.after,
                 relative_l2_before: error.before,
                 mass_factor,
+                mass_ratio: None,
                 stay,
             };
         each_step.zip(errors).zip(self.mass_factors).map(record).collect()

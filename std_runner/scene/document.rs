@@ -94,6 +94,11 @@ impl Document {
         self.overrides.iter().map(|change| change.assignment.as_str())
     }
 
+    /// Whether the command line gave the value of `key`.
+    pub fn overrides(&self, key: &str) -> bool {
+        self.overrides.iter().any(|change| within(key, &change.key))
+    }
+
     /// The table of the whole scene, overrides included.
     pub fn table(&self) -> &Table {
         &self.table

@@ -85,6 +85,17 @@ fn gradients_of_stable_fluids_are_exact() {
             );
         }
     }
+    let whole = run(&[
+        &[
+            "check-gradient",
+            "examples/small_letter.toml",
+            "--set",
+            "method.stable_fluids.slots=0",
+        ],
+        &fluids[..],
+    ]
+    .concat());
+    assert!(whole.out.contains(" bytes, all steps kept"), "{}", whole.out);
     let free = ["--set", "keyframe=[]"];
     refused(
         &run(&[
@@ -95,6 +106,35 @@ fn gradients_of_stable_fluids_are_exact() {
         .concat()),
         &["`keyframe`"],
     );
+}
+
+/// A second solve in place of the adjoint is right only where the first one converged: five iterations are not enough.
+#[test]
+fn a_wrong_gradient_is_said_to_be_wrong() {
+    let arguments = [
+        "check-gradient",
+        "examples/small_letter.toml",
+        "--set",
+        "method.name=stable_fluids",
+        "--set",
+        "method.stable_fluids.pressure=cg",
+        "--set",
+        "method.stable_fluids.adjoint=second_solve",
+    ];
+    let ended = |iterations: &str, more: &[&str]| {
+        let iterations = format!("method.stable_fluids.cg_iterations={iterations}");
+        run(&[&arguments[..], &["--set", &iterations], more].concat())
+    };
+    let enough = ended("500", &[]);
+    assert_eq!(enough.code, 0, "{}{}", enough.out, enough.err);
+    assert!(enough.out.contains("the gradient is exact"), "{}", enough.out);
+    let few = ended("5", &[]);
+    assert_eq!(few.code, 1, "{}{}", few.out, few.err);
+    assert!(few.out.contains("the gradient is WRONG"), "{}", few.out);
+    let json = ended("5", &["--json"]);
+    assert_eq!(json.code, 1, "{}{}", json.out, json.err);
+    let line: Value = serde_json::from_str(json.out.lines().last().unwrap()).unwrap();
+    assert_eq!(line["exact"], false, "{line}");
 }
 
 #[test]

@@ -459,7 +459,7 @@ fn damaged_files_are_refused_by_name() {
 fn what_does_not_go_together_is_refused_by_name() {
     let folder = fresh_folder("condense_refusals");
     let left = |more: &str| format!("{LEFT}\n{more}");
-    let rows: [(&str, &str, &str); 30] = [
+    let rows: [(&str, &str, &str); 34] = [
         (MESH, "grid = [2, 0], size = [1.0, 1.0]", "`mesh.grid` is [2, 0]"),
         (MESH, "grid = [2], size = [1.0]", "`mesh.grid` is [2]"),
         (MESH, "grid = [2, 2], size = [1.0, -1.0]", "as many sizes above 0"),
@@ -509,6 +509,13 @@ fn what_does_not_go_together_is_refused_by_name() {
             "`load.impulse` needs inertia",
         ),
         (
+            &format!("{TIME}\n{HOLD}"),
+            &format!(
+                "time = {{ steps = 2, dt = 0.1 }}\n{LEFT}\nload = {{ impulse = {{ at = [0.0, 0.5], value = [1.0, 0.0] }} }}"
+            ),
+            "`load.impulse.at` is next to a vertex that is held",
+        ),
+        (
             HOLD,
             &left("spring = [ { from = [1, 1], to = [1, 1], stiffness = 1.0, rest_length = 0.1 } ]"),
             "begins and ends at the same vertex",
@@ -527,7 +534,22 @@ fn what_does_not_go_together_is_refused_by_name() {
         ),
         (
             METHODS,
-            "methods = [\"plain\"]\nbasis = \"fixed\"\nradius = 2",
+            "methods = [\"newton\", \"plain\"]\nbasis = \"fixed\"",
+            "`solver.basis` is for methods that have one, and \"newton\" has none",
+        ),
+        (
+            METHODS,
+            "methods = [\"cc\"]\nbasis = []",
+            "`solver.basis` is a list of 0, but only a word or a list of words",
+        ),
+        (
+            METHODS,
+            "methods = [\"cc\"]\nbasis = [1]",
+            "`solver.basis` is 1, but only a word or a list of words",
+        ),
+        (
+            METHODS,
+            "methods = [\"plain\"]\nradius = 2",
             "`solver.radius` is for methods that keep a basis",
         ),
         (
@@ -585,6 +607,10 @@ fn what_does_not_go_together_is_refused_by_name() {
             "--basis corotated: `solver.basis`",
         ),
         (
+            vec!["condense", "stretch", "--methods", "newton", "--basis", "fixed"],
+            "--basis fixed: `solver.basis` is for methods that have one",
+        ),
+        (
             vec!["condense", "stretch", "--methods", "cc,gauss", "--plan"],
             "--methods cc,gauss: `solver.methods`",
         ),
@@ -593,9 +619,42 @@ fn what_does_not_go_together_is_refused_by_name() {
         assert!(ended.code == 2 || ended.code == 4, "{arguments:?}: {}", ended.err);
         assert!(ended.err.contains(said), "{arguments:?}: {}", ended.err);
     }
+    // The bases of a preset are not meant for methods that the command line names.
+    let ended = run(&["condense", "cantilever", "--methods", "newton", "--plan"]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
 }
 
-/// A boundary that is pushed through the mesh is not finite, and a cap that is reached is no failure; both leave their results.
+#[test]
+fn sweeps_of_nothing_and_of_too_much_are_refused() {
+    let folder = fresh_folder("condense_sweep_sizes");
+    let values = |count: usize| {
+        (1..=count)
+            .map(|value| value.to_string())
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
+    let sweep =
+        |key: &str, count: usize| format!("[[sweep]]\nkey = \"{key}\"\nvalues = [{}]\n", values(count));
+    for (sweeps, said) in [
+        (
+            sweep("solver.cap", 0),
+            "`sweep[0].values` has 0 values; give some",
+        ),
+        (
+            sweep("solver.cap", 40) + &sweep("solver.rebuild", 26),
+            "`sweep[1].values` has 26 values; give some, and no more than 1000 problems in all",
+        ),
+    ] {
+        let scene = scene(&folder, &[("[solver]", &(sweeps + "[solver]"))]);
+        let ended = condense(&folder, &scene, &[]);
+        assert_eq!(ended.code, 2, "{}", ended.err);
+        assert!(ended.err.contains(said), "{}", ended.err);
+        assert!(!folder.join("out").exists());
+    }
+}
+
+/// A boundary that is pushed through the mesh is not finite, a cap that is reached is no failure, and where rounding errors are more than the tolerance
+/// the search stalls; all leave their results.
 #[test]
 fn exit_codes_say_how_it_ended() {
     let folder = fresh_folder("condense_codes");
@@ -607,6 +666,23 @@ fn exit_codes_say_how_it_ended() {
     let plain = "methods = [\"plain\"]\ntolerance = 1e-300\ncap = 3";
     solved(&folder, &scene(&folder, &[(METHODS, plain)]), &[]);
     assert_eq!(status("plain"), "cap");
+    let hold = format!("{LEFT}\nload = {{ bump = 0.001 }}");
+    let below = "methods = [\"newton\", \"cc\"]\ntolerance = 1e-30";
+    let stalls = scene(
+        &folder,
+        &[
+            ("grid = [2, 2]", "grid = [4, 4]"),
+            (HOLD, &hold),
+            (METHODS, below),
+        ],
+    );
+    let ended = condense(&folder, &stalls, &[]);
+    assert_eq!(ended.code, 5, "{}", ended.err);
+    for name in ["newton", "cc-fixed"] {
+        assert_eq!(status(name), "stalled", "{name}");
+        let iterations = &read(&folder.join("out").join(name).join("result.npz"))["iterations"];
+        assert_eq!(iterations.data.len(), 1, "{name} ends in its first step");
+    }
 }
 
 /// A run that is stopped leaves what there is.

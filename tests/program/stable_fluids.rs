@@ -1,7 +1,7 @@
 //! Scenes that Stable Fluids solve, plan, compare and simulate, and those that it refuses.
 
 use crate::support::npz::{Array, npy, read};
-use crate::support::{Ended, fresh_folder, run};
+use crate::support::{Ended, fresh_folder, json, run};
 use serde_json::Value;
 use std::fs;
 use std::io::Write;
@@ -173,11 +173,21 @@ fn a_result_has_what_the_chapter_says() {
         "{squares} {}",
         part("force")
     );
-    assert!(
-        fs::read_to_string(out.join("report.html"))
-            .unwrap()
-            .contains("stable_fluids")
+    // The mass at each keyframe's step, over that of the source.
+    let mass = |step: usize| arrays["density"].data[320 * step..][..320].iter().sum::<f64>();
+    for keyframe in keyframes {
+        let expected = mass(keyframe["step"].as_u64().unwrap() as usize) / mass(0);
+        let found = keyframe["mass_ratio"].as_f64().unwrap();
+        assert!((found - expected).abs() < 1e-12, "{found}, not {expected}");
+    }
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("stable_fluids"));
+    let ratio = keyframes[1]["mass_ratio"].as_f64().unwrap();
+    let said = format!(
+        "The smoke has {} % of the mass of the source.",
+        (1000.0 * ratio).round() / 10.0
     );
+    assert!(page.contains(&said), "{said}");
 }
 
 /// The flow of a result, from its own velocity at the start and its templates, is the flow that is simulated.
@@ -248,6 +258,13 @@ fn any_ceiling_gives_the_same_arrays() {
     assert!(fewer["slots"].as_u64().unwrap() > 0, "{}", fewer["slots"]);
     let array = |folder: &Path| fs::read(folder.join("result.npz")).unwrap();
     assert!(array(&out) == array(&three) && array(&out) == array(&less));
+    let short = kept["memory"]["planned_bytes"].as_u64().unwrap() - 1;
+    let limit = ["--memory-limit", &short.to_string()];
+    let more = [&["--set", "method.stable_fluids.slots=3"], &limit[..]].concat();
+    let (_, ended) = ran("stable_fluids_too_many", SCENE, "solve", &more);
+    assert_eq!(ended.code, 3, "{}", ended.err);
+    let said = "or set `method.stable_fluids.slots` to \"auto\"";
+    assert!(ended.err.contains(said), "{}", ended.err);
     let (_, ended) = ran("stable_fluids_none", SCENE, "solve", &["--memory-limit", "64KiB"]);
     assert_eq!(ended.code, 3);
     assert!(
@@ -317,6 +334,30 @@ fn it_is_compared_with_the_others() {
         .collect();
     assert_eq!(methods, ["direct", "stable_fluids"]);
     assert!(out.join("stable_fluids/result.npz").exists());
+    // Its J in the table is that of its flow on the grid of the others; its own stands beside it.
+    let number = |value: &Value| value.as_f64().unwrap();
+    let [direct, row] = [0, 1].map(|row| &facts["rows"][row]);
+    let [of_direct, report] =
+        ["direct", "stable_fluids"].map(|method| json(&out.join(method).join("report.json")));
+    let (there, own) = (&row["objective"], &report["objective"]);
+    assert_eq!(&row["own_objective"], own);
+    assert_ne!(there["total"], own["total"]);
+    assert!(
+        number(&there["force"]) > 0.0 && own["force"] == 0.0,
+        "{there} {own}"
+    );
+    assert!(
+        number(&own["initial"]) > 0.0 && there["initial"].is_null(),
+        "{there} {own}"
+    );
+    let parts = number(&there["data"]) + number(&there["force"]);
+    assert!((number(&there["total"]) - parts).abs() < 1e-12 * parts, "{there}");
+    assert_eq!(
+        (&direct["objective"], direct["own_objective"].is_null()),
+        (&of_direct["objective"], true)
+    );
+    // The staggered grid keeps the mass, and does not speak of it.
+    assert!(of_direct["keyframes"][0]["mass_ratio"].is_null());
 }
 
 #[test]

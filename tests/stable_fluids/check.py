@@ -220,6 +220,7 @@ def main(folder):
         e = arrays["density"][row["step"]] - target
         data += 0.5 * np.sum(e * metric(e, report["filters"], list(reversed(rings))))
         near("the error of a keyframe", row["relative_l2"], np.linalg.norm(e) / np.linalg.norm(target), max(within, 1e-6))
+        near("the mass at a keyframe", row["mass_ratio"], arrays["density"][row["step"]].sum() / arrays["density"][0].sum(), 1e-12)
     objective = report["objective"]
     near("the data term", objective["data"], data, max(within, 1e-8))
     near("the price of the forces", objective["force"], 0.5 * report["force_weight"] * np.sum(force**2), max(within, 1e-8))

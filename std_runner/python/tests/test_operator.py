@@ -47,7 +47,7 @@ def slope(value):
 class Gradients(unittest.TestCase):
     def check(self, shape, steps, **choices):
         if choices.get("solver") != "stable_fluids":
-            choices |= {"advection": "central", "advection_tolerance": 1e-200, "tolerance": 1e-12}
+            choices = {"advection": "central", "advection_tolerance": 1e-200, "tolerance": 1e-12} | choices
         operator = thurible_smoke.Operator(shape, steps, **choices)
         density, velocity, forces = draw(operator, 1)
         found = operator.simulate(density, velocity, forces)
@@ -79,6 +79,15 @@ class Gradients(unittest.TestCase):
         self.assertEqual(gradient.emitters[0]["shape"].shape, (8, 9))
         self.assertEqual(len(gradient.emitters[0]["velocity"]), 2)
         self.assertEqual(len(gradient.buoyancy), 2)
+
+    def test_by_differences_round_solids_and_with_open_sides(self):
+        solid = np.zeros((8, 9), bool)
+        solid[3:5, 4:6] = True
+        for choices in ({"boundary": ("wall", "open_high"), "buoyancy": 0.1}, {"solids": solid, "viscosity": 1e-3}, {"solids": solid, "boundary": "open"}):
+            operator, _, _, gradient = self.check((8, 9), 4, advection="limited", **choices)
+            self.assertGreater(min(np.abs(field).max() for field in (gradient.density, *gradient.velocity, *gradient.forces)), 0.0)
+        # Nothing is carried within the solid.
+        self.assertEqual(np.abs(gradient.density[solid]).max(), 0.0)
 
     def test_by_differences_with_stable_fluids(self):
         wind = {"kind": "wind", "center": (0.4, 0.6), "radius": 0.3, "amplitude": (0.05, -0.02)}

@@ -12,7 +12,7 @@ use thurible_core::stable_fluids::project::{Room, Solve, project, project_adjoin
 use thurible_core::stable_fluids::sweeps::{diffuse, diffuse_adjoint};
 use thurible_core::{Exec, Serial};
 
-const SHAPES: [(&[usize], &str); 8] = [
+const SHAPES: [(&[usize], &str); 12] = [
     (&[7, 5], "ww"),
     (&[5, 8], "pw"),
     (&[6, 5], "wp"),
@@ -21,6 +21,10 @@ const SHAPES: [(&[usize], &str); 8] = [
     (&[6, 4, 5], "pww"),
     (&[4, 5, 6], "wpw"),
     (&[5, 4, 4], "wwp"),
+    (&[4, 6, 5], "ppw"),
+    (&[6, 5, 4], "pwp"),
+    (&[5, 4, 6], "wpp"),
+    (&[4, 4, 6], "ppp"),
 ];
 
 fn cells((n, ends): (&[usize], &str)) -> Cells {

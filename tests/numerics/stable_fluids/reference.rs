@@ -4,25 +4,13 @@ use super::case::{built, replay};
 use crate::fields::Memory;
 use crate::npz::{Array, read_without};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use thurible_core::stable_fluids::{Control, Controls, FluidsParams, Pressure, Slots};
 use thurible_core::words::Named;
 use thurible_core::{Boundary, D2, D3, Fluids, Problem, Serial, Silent, Space, Template, TemplateKind};
 
 /// Relative differences of all outputs are below this.
 const CLOSE: f64 = 1e-10;
-
-/// A file of reference data: beside this one, or where `THURIBLE_REFERENCE` says.
-fn file(name: &str) -> Option<PathBuf> {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/numerics/reference")
-        .join(name);
-    if beside.exists() {
-        return Some(beside);
-    }
-    let folder = std::env::var_os("THURIBLE_REFERENCE")?;
-    Some(Path::new(&folder).join(name))
-}
 
 struct Reference {
     arrays: BTreeMap<String, Array>,
@@ -70,11 +58,8 @@ fn close(name: &str, found: &[f64], expected: &[f64]) {
 }
 
 fn agrees<S: Space>(name: &str, slots: Slots) {
-    let Some(path) = file(name) else {
-        eprintln!("skipped: {name} is in the folder that THURIBLE_REFERENCE names");
-        return;
-    };
-    let arrays = read_with_text(&path);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/numerics/reference");
+    let arrays = read_with_text(&folder.join(name));
     let reference = Reference {
         meta: serde_json::from_str(&arrays.1).unwrap(),
         arrays: arrays.0,

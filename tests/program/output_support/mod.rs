@@ -219,6 +219,7 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
         relative_l2: 0.0832,
         relative_l2_before: 0.913,
         mass_factor: 1.0532,
+        mass_ratio: None,
         stay: Stay::at(step),
     };
     RunRecord {
