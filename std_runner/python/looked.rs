@@ -43,7 +43,10 @@ impl Job<'_> {
             let Some(change) = change::between(before, now) else {
                 continue;
             };
-            let names = [format!("frames[{}:]", first + 1), "options={\"levels\": ..}".into()];
+            let names = [
+                format!("frames[{}:]", first + 1),
+                "options={\"levels\": ..}".into(),
+            ];
             let sentence = change.sentence([first, first + 1], names.each_ref().map(String::as_str));
             if change == Change::Lost {
                 let why = format!("{sentence}; give frames[:{}], or replace it", first + 1);
