@@ -77,8 +77,8 @@ pub(super) fn find(scene: &CaptureScene) -> Result<Found, Failure> {
         return Err(Failure::File(format!("{}: `{KEY}` {why}", document.place(KEY))));
     };
     // Frames that are not tracked may be missing.
-    let last = scene.last.map_or(paths.len(), |last| last.saturating_add(1));
-    refuse_gaps(document, paths.get(scene.first..last).unwrap_or(&paths))?;
+    let end = scene.last.map_or(paths.len(), |last| paths.len().min(last + 1));
+    refuse_gaps(document, paths.get(scene.first..end).unwrap_or(&paths))?;
     let frames = Frames::of_files(paths, scene.name.as_deref(), scene.ink.as_deref(), KEY).map_err(refuse)?;
     Ok(Found {
         frames,
