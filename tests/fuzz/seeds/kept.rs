@@ -129,7 +129,7 @@ fn killed(work: &Path, options: &[&str]) -> Vec<u8> {
         // Its text is in the state: the file is not needed, and must not differ.
         fs::remove_file(&scene).unwrap();
         // One of a later window needs the files beside it.
-        let kept = fs::read(&state).ok().map(sealed_again);
+        let kept = fs::read(&state).ok().and_then(sealed_again);
         if let Some(kept) = kept.filter(|kept| goes_on(work, kept)) {
             return kept;
         }
@@ -146,10 +146,11 @@ fn goes_on(work: &Path, state: &[u8]) -> bool {
     command(&["resume", states, "-o", out, "--quiet", "--threads", "1"]).is_ok()
 }
 
-/// The same state of a solve that goes on for few iterations, with the fields of what the core saved remembered.
-fn sealed_again(mut kept: Vec<u8>) -> Vec<u8> {
+/// The same state of a solve that goes on for few iterations, with the fields of what the core saved remembered; none where it saved nothing.
+fn sealed_again(mut kept: Vec<u8>) -> Option<Vec<u8>> {
+    core_state(&kept)?;
     let [long, short] = LIMITS.map(str::as_bytes);
-    let place = kept.windows(long.len()).position(|part| part == long).unwrap();
+    let place = kept.windows(long.len()).position(|part| part == long)?;
     kept[place..place + short.len()].copy_from_slice(short);
     let sum = kept.len() - CHECK;
     let right = state_sum(&kept[..sum]).to_le_bytes();
@@ -157,7 +158,7 @@ fn sealed_again(mut kept: Vec<u8>) -> Vec<u8> {
     let begin = core_state(&kept).unwrap();
     let bytes = Label::of(&kept[begin..]).unwrap().bytes;
     remember_parts(&kept[begin..begin + usize::try_from(bytes).unwrap()]);
-    kept
+    Some(kept)
 }
 
 /// Where in a state what the core saved begins: the word alone is in paths too.
