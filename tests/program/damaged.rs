@@ -1,22 +1,14 @@
 //! Damaged archives are refused, whatever reads them.
 
 use crate::small::{CIRCLE, SIDE, density, refused, scene};
-use crate::support::npz::npy;
+use crate::support::npz::{self, npy};
 use crate::support::{fresh_folder, run};
 use std::fs;
-use std::io::Write;
 use std::path::Path;
-use zip::write::SimpleFileOptions;
 
 /// An archive, in which the last bit of the array `damaged` is another than its checksum is of.
 fn write(path: &Path, arrays: &[(&str, Vec<u8>)], damaged: &str) {
-    let mut archive = zip::ZipWriter::new(fs::File::create(path).unwrap());
-    let stored = SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
-    for (name, bytes) in arrays {
-        archive.start_file(format!("{name}.npy"), stored).unwrap();
-        archive.write_all(bytes).unwrap();
-    }
-    archive.finish().unwrap();
+    npz::write(path, arrays);
     let mut bytes = fs::read(path).unwrap();
     for (_, array) in arrays.iter().filter(|(name, _)| *name == damaged) {
         let start = bytes.windows(array.len()).position(|part| part == array).unwrap();

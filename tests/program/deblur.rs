@@ -1,6 +1,6 @@
 //! `thurible deblur`: sharper images, and everything that is refused.
 
-use crate::support::npz::{npy, read};
+use crate::support::npz::{npy, read, write};
 use crate::support::{Ended, fresh_folder, json, run, text};
 use serde_json::Value;
 use std::fs;
@@ -130,18 +130,9 @@ fn a_field_of_one_kernel_is_that_kernel() {
     let folder = fresh_folder("deblur_field");
     images(&folder);
     let psf = folder.join("psf.npy");
-    let pack = |kernels: &[u8], index: &[u8]| {
-        use std::io::Write;
-        let mut zip = zip::ZipWriter::new(fs::File::create(folder.join("field.npz")).unwrap());
-        for (name, bytes) in [("kernels.npy", kernels), ("index.npy", index)] {
-            zip.start_file(name, zip::write::SimpleFileOptions::default())
-                .unwrap();
-            zip.write_all(bytes).unwrap();
-        }
-        zip.finish().unwrap();
-    };
-    pack(&npy(&[2, 5, 5], &[1.0; 50]), &npy(&[24, 32], &[1.0; 24 * 32]));
     let field = folder.join("field.npz");
+    let [kernels, index] = [npy(&[2, 5, 5], &[1.0; 50]), npy(&[24, 32], &[1.0; 24 * 32])];
+    write(&field, &[("kernels", kernels), ("index", index)]);
     for (name, psf) in [("one", &psf), ("many", &field)] {
         let ended = deblur(
             &folder,

@@ -1,10 +1,9 @@
 //! Scenes that Stable Fluids solve, plan, compare and simulate, and those that it refuses.
 
-use crate::support::npz::{Array, npy, read};
+use crate::support::npz::{Array, npy, read, write};
 use crate::support::{Ended, fresh_folder, json, run};
 use serde_json::Value;
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 const SCENE: &str = "\
@@ -199,16 +198,8 @@ fn a_simulation_goes_where_the_result_went() {
     let (out, _) = solved("stable_fluids_found", &only, "solve", &["--precision", "f64"]);
     let found = read(&out.join("result.npz"));
     let start = out.with_file_name("v0.npz");
-    let mut archive = zip::ZipWriter::new(fs::File::create(&start).unwrap());
-    for name in ["velocity_x", "velocity_y"] {
-        archive
-            .start_file(format!("{name}.npy"), zip::write::SimpleFileOptions::default())
-            .unwrap();
-        archive
-            .write_all(&npy(&[16, 20], &found[name].data[..320]))
-            .unwrap();
-    }
-    archive.finish().unwrap();
+    let first = |name| (name, npy(&[16, 20], &found[name].data[..320]));
+    write(&start, &["velocity_x", "velocity_y"].map(first));
     let given = format!("control.initial_velocity={{ file = \"{}\" }}", start.display());
     let kept = fs::read(&start).unwrap();
     let folder = fresh_folder("stable_fluids_free");

@@ -324,35 +324,22 @@ fn the_first_flow_may_be_known() {
     let ended = track(&frames, &out, &["--quiet", "--set", "track.beta=0.1"]);
     assert_eq!(ended.code, 0, "{}", ended.err);
     let arrays = npz::read(&out.join("result.npz"));
-    let alone = |name: &str, skip: usize| {
-        let array = &arrays[name];
-        let shape = &array.shape[1..];
-        let count: usize = shape.iter().product();
-        (shape[skip..].to_vec(), array.data[..count].to_vec())
-    };
     let file = folder.join("v0.npz");
-    let write = |skip: usize| {
-        let mut archive = zip::ZipWriter::new(fs::File::create(&file).unwrap());
-        for name in ["velocity_x", "velocity_y"] {
-            let (shape, values) = alone(name, 0);
-            let shape = if skip > 0 { vec![values.len()] } else { shape };
-            archive
-                .start_file(format!("{name}.npy"), zip::write::SimpleFileOptions::default())
-                .unwrap();
-            archive.write_all(&npz::npy(&shape, &values)).unwrap();
-        }
-        archive.finish().unwrap();
+    let first = |name| {
+        let (array, shape) = (&arrays[name], &arrays[name].shape[1..]);
+        let count: usize = shape.iter().product();
+        (name, npz::npy(shape, &array.data[..count]))
     };
+    npz::write(&file, &["velocity_x", "velocity_y"].map(first));
     let of = |file: &Path| format!("track.initial_velocity={{ file = {:?} }}", file.to_str().unwrap());
     let predicted = |file: &Path| {
         let ended = track(&frames, &again, &["--quiet", "--set", &of(file)]);
         assert_eq!(ended.code, 0, "{}", ended.err);
         npz::read(&again.join("result.npz"))["predicted_x"].data[..12 * 17].to_vec()
     };
-    write(0);
-    let known = alone("velocity_x", 0).1;
+    let known = &arrays["velocity_x"].data[..12 * 17];
     for found in [predicted(&file), predicted(&out.join("result.npz"))] {
-        let gaps = found.iter().zip(&known).map(|(x, y)| (x - y).abs());
+        let gaps = found.iter().zip(known).map(|(x, y)| (x - y).abs());
         assert!(gaps.fold(0.0, f64::max) < 1e-5);
         assert!(found.iter().any(|speed| speed.abs() > 0.05));
     }
@@ -412,20 +399,13 @@ fn volumes_are_frames() {
 fn a_truth_that_rests_is_no_divisor() {
     let folder = fresh_folder("track_rest");
     let file = folder.join("smoke.npz");
-    let mut archive = zip::ZipWriter::new(fs::File::create(&file).unwrap());
     let frames: Vec<f64> = (0..3).flat_map(blob).map(f64::from).collect();
-    let [x, y] = [vec![0.0; 2 * 12 * 17], vec![0.0; 2 * 13 * 16]];
-    for (name, shape, values) in [
-        ("density", [3, 12, 16], &frames),
-        ("velocity_x", [2, 12, 17], &x),
-        ("velocity_y", [2, 13, 16], &y),
-    ] {
-        archive
-            .start_file(format!("{name}.npy"), zip::write::SimpleFileOptions::default())
-            .unwrap();
-        archive.write_all(&npz::npy(&shape, values)).unwrap();
-    }
-    archive.finish().unwrap();
+    let arrays = [
+        ("density", npz::npy(&[3, 12, 16], &frames)),
+        ("velocity_x", npz::npy(&[2, 12, 17], &[0.0; 2 * 12 * 17])),
+        ("velocity_y", npz::npy(&[2, 13, 16], &[0.0; 2 * 13 * 16])),
+    ];
+    npz::write(&file, &arrays);
     let out = folder.join("out");
     let ended = track(&file, &out, &["--set", "track.independent=true"]);
     assert_eq!(ended.code, 0, "{}", ended.err);

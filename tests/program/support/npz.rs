@@ -1,7 +1,8 @@
 //! Reads and writes NumPy's arrays: just enough of the format for the files that the program writes and reads.
 
 use std::collections::BTreeMap;
-use std::io::Read;
+use std::fs;
+use std::io::{Read, Write};
 use std::path::Path;
 
 /// One array, in C order.
@@ -24,6 +25,17 @@ pub fn npy(shape: &[usize], values: &[f64]) -> Vec<u8> {
     bytes
 }
 
+/// Writes an archive of such files, by name.
+pub fn write(path: &Path, arrays: &[(&str, Vec<u8>)]) {
+    let mut archive = zip::ZipWriter::new(fs::File::create(path).unwrap());
+    let stored = zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    for (name, bytes) in arrays {
+        archive.start_file(format!("{name}.npy"), stored).unwrap();
+        archive.write_all(bytes).unwrap();
+    }
+    archive.finish().unwrap();
+}
+
 /// All arrays of a file by name.
 pub fn read(path: &Path) -> BTreeMap<String, Array> {
     read_without(path, &[])
@@ -31,7 +43,7 @@ pub fn read(path: &Path) -> BTreeMap<String, Array> {
 
 /// The same without some, which are not made of numbers.
 pub fn read_without(path: &Path, left_out: &[&str]) -> BTreeMap<String, Array> {
-    let mut archive = zip::ZipArchive::new(std::fs::File::open(path).unwrap()).unwrap();
+    let mut archive = zip::ZipArchive::new(fs::File::open(path).unwrap()).unwrap();
     (0..archive.len())
         .map(|index| {
             let mut entry = archive.by_index(index).unwrap();
