@@ -50,23 +50,3 @@ pub(crate) fn known() -> Names {
         groups: GROUPS,
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_group_has_figures_and_every_figure_is_in_its_chapter() {
-        let names: Vec<&str> = figures().map(|figure| figure.name).collect();
-        for (group, members) in GROUPS {
-            assert!(members.iter().all(|name| names.contains(name)), "{group}");
-        }
-        let chapters: Vec<&str> = GROUPS[1..4]
-            .iter()
-            .flat_map(|(_, members)| *members)
-            .copied()
-            .collect();
-        assert_eq!(GROUPS[0].1, names);
-        assert_eq!(chapters, names);
-    }
-}
