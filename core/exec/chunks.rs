@@ -40,6 +40,17 @@ impl<'a, T> Chunks<'a, T> {
         }
     }
 
+    /// Where a chunk begins.
+    ///
+    /// # Safety
+    /// Whoever writes there or reads keeps to the chunk, and to what no slice or other task has.
+    #[inline(always)]
+    pub(super) unsafe fn start(&self, chunk: usize) -> *mut T {
+        assert!(chunk < self.count);
+        // SAFETY: the chunk lies in the slice.
+        unsafe { self.start.add(chunk * self.size) }
+    }
+
     /// One chunk, to be read.
     ///
     /// # Safety

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `rows` | loops over the rows of fields: [`for_rows`], [`for_runs`], [`for_rows_across`]; rows of different lengths: [`for_uneven`] |
 //! | `slabs` | loops over slabs of rows that stay with a worker, and two different tasks at once: [`for_slabs`], [`join`] |
+//! | `panels` | loops over panels of columns: [`for_panels`] |
 //! | `schedule` | which worker takes which rows, and when |
 //! | `waves` | every other chunk of a field at once, of which each reads those beside it: [`for_every_other`] |
 //! | `chunks` | a slice that tasks take apart |
@@ -18,6 +19,7 @@ mod capped;
 mod chunks;
 pub mod device;
 // Machines without 64-bit atomics hardly have threads to lend.
+mod panels;
 #[cfg(target_has_atomic = "64")]
 mod pool;
 pub mod ranks;
@@ -29,6 +31,7 @@ mod waves;
 
 pub use capped::Capped;
 pub use device::Device;
+pub use panels::{Panel, for_panels};
 #[cfg(target_has_atomic = "64")]
 pub use pool::{Worker, WorkerPool};
 pub use ranks::{Alone, Ranks};

@@ -2,6 +2,7 @@
 //! rows at a time. Two of them, a and b, are one complex column a + i b (the tables' formulas are in [`Fourier`]).
 
 use super::fourier::{COMPLEX, transform};
+use crate::exec::Panel;
 use crate::grid::fourier::Fourier;
 use crate::grid::spectrum::COLUMNS;
 use crate::real::Real;
@@ -17,79 +18,63 @@ pub const fn scratch_len(n: usize) -> usize {
 /// Cells of a row that are copied at a time, a line of the caches or two.
 const TILE: usize = 16;
 
-/// From the values of an axis but the first to its coefficients, in place; `width` is the length of a row of `slab`.
-pub fn analyse_columns<T: Real>(fourier: &Fourier<'_, T>, width: usize, slab: &mut [T], scratch: &mut [T]) {
+/// From the values of an axis but the first to its coefficients, in place, of at most [`COLUMNS`] columns.
+pub fn analyse_columns<T: Real>(fourier: &Fourier<'_, T>, mut slab: Panel<'_, T>, scratch: &mut [T]) {
     let (from, to) = halves(fourier, scratch);
-    for start in (0..width).step_by(COLUMNS) {
-        let count = COLUMNS.min(width - start);
-        from.fill(T::ZERO);
-        for (i, row) in slab.chunks_exact(width).enumerate() {
-            line_mut(from, fourier.sorted(i))[..count].copy_from_slice(&row[start..start + count]);
-        }
-        let (found, coefficients) = transform(fourier.roots, &mut *from, &mut *to);
-        separate(fourier, found, coefficients);
-        for (row, line) in slab
-            .chunks_exact_mut(width)
-            .zip(coefficients.chunks_exact(COLUMNS))
-        {
-            row[start..start + count].copy_from_slice(&line[..count]);
-        }
+    let count = slab.count();
+    from.fill(T::ZERO);
+    for i in 0..slab.rows() {
+        line_mut(from, fourier.sorted(i))[..count].copy_from_slice(slab.row(i));
+    }
+    let (found, coefficients) = transform(fourier.roots, from, to);
+    separate(fourier, found, coefficients);
+    for i in 0..slab.rows() {
+        slab.row_mut(i).copy_from_slice(&line(coefficients, i)[..count]);
     }
 }
 
 /// The inverse of [`analyse_columns`].
-pub fn synthesise_columns<T: Real>(
-    fourier: &Fourier<'_, T>,
-    width: usize,
-    slab: &mut [T],
-    scratch: &mut [T],
-) {
+pub fn synthesise_columns<T: Real>(fourier: &Fourier<'_, T>, mut slab: Panel<'_, T>, scratch: &mut [T]) {
     let (from, to) = halves(fourier, scratch);
-    for start in (0..width).step_by(COLUMNS) {
-        let count = COLUMNS.min(width - start);
-        from.fill(T::ZERO);
-        for (row, line) in slab.chunks_exact(width).zip(from.chunks_exact_mut(COLUMNS)) {
-            line[..count].copy_from_slice(&row[start..start + count]);
-        }
-        unite(fourier, from, to);
-        let (found, _) = transform(fourier.roots, &mut *to, &mut *from);
-        for (i, row) in slab.chunks_exact_mut(width).enumerate() {
-            let (imaginary, real) = line(found, fourier.sorted(i)).split_at(COMPLEX);
-            let values = real.iter().chain(imaginary);
-            row[start..start + count]
-                .iter_mut()
-                .zip(values)
-                .for_each(|(out, &value)| *out = value);
-        }
+    let count = slab.count();
+    from.fill(T::ZERO);
+    for i in 0..slab.rows() {
+        line_mut(from, i)[..count].copy_from_slice(slab.row(i));
+    }
+    unite(fourier, from, to);
+    let (found, _) = transform(fourier.roots, to, from);
+    for i in 0..slab.rows() {
+        let (imaginary, real) = line(found, fourier.sorted(i)).split_at(COMPLEX);
+        let values = real.iter().chain(imaginary);
+        let row = slab.row_mut(i).iter_mut();
+        row.zip(values).for_each(|(out, &value)| *out = value);
     }
 }
 
-/// Transforms along the first axis, lets `symbol` change the coefficients, and transforms back.
+/// Transforms along the first axis, of at most [`COLUMNS`] rows, lets `symbol` change the coefficients, and transforms back.
 pub fn along_rows<T: Real>(
     fourier: &Fourier<'_, T>,
-    field: &mut [T],
+    rows: &mut [T],
     scratch: &mut [T],
     symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]),
 ) {
     let n = fourier.cells();
     let (from, to) = halves(fourier, scratch);
-    for (group, rows) in field.chunks_mut(COLUMNS * n).enumerate() {
-        from.fill(T::ZERO);
-        rows_to_lines(n, rows, from, |i| fourier.sorted(i));
-        let (found, coefficients) = transform(fourier.roots, &mut *from, &mut *to);
-        separate(fourier, found, coefficients);
-        lines_to_rows(n, coefficients, &mut found[..rows.len()], |i| i, |row| row);
-        let pairs = found.chunks_exact(n).zip(coefficients.chunks_exact_mut(n));
-        for (row, (old, new)) in pairs.enumerate().take(rows.len() / n) {
-            symbol(COLUMNS * group + row, 0..n, old, new);
-        }
-        found.fill(T::ZERO);
-        rows_to_lines(n, &coefficients[..rows.len()], found, |i| i);
-        unite(fourier, found, coefficients);
-        let (values, _) = transform(fourier.roots, coefficients, found);
-        let swapped = |row: usize| (row + COMPLEX) % COLUMNS;
-        lines_to_rows(n, values, rows, |i| fourier.sorted(i), swapped);
+    from.fill(T::ZERO);
+    rows_to_lines(n, rows, from, |i| fourier.sorted(i));
+    let (found, coefficients) = transform(fourier.roots, from, to);
+    separate(fourier, found, coefficients);
+    lines_to_rows(n, coefficients, &mut found[..rows.len()], |i| i, |row| row);
+    let pairs = found.chunks_exact(n).zip(coefficients.chunks_exact_mut(n));
+    for (row, (old, new)) in pairs.enumerate().take(rows.len() / n) {
+        symbol(row, 0..n, old, new);
     }
+    found.fill(T::ZERO);
+    rows_to_lines(n, &coefficients[..rows.len()], found, |i| i);
+    unite(fourier, found, coefficients);
+    let (values, _) = transform(fourier.roots, coefficients, found);
+    let swapped = |row: usize| (row + COMPLEX) % COLUMNS;
+    lines_to_rows(n, values, rows, |i| fourier.sorted(i), swapped);
 }
 
 /// The two panels of scratch.

@@ -5,6 +5,7 @@
 
 use super::folds::{fold, fold_row, unfold_row};
 use super::long_axis;
+use crate::exec::{self, Exec, for_panels};
 use crate::grid::Grid;
 use crate::grid::spectrum::{COLUMNS, LONGEST, Modes, PARITIES, Parity, Spectrum, TOGETHER};
 use crate::real::Real;
@@ -35,34 +36,47 @@ fn padded(n: usize) -> usize {
 }
 
 /// Multiplies the coefficients of `field`, a field of cells, by the symbol of an operator, in place. `symbol` is called with a row of
-/// the field, a range of the coefficients along the first axis (even ones first), their values, and a slice for the new values.
+/// the field, a range of the coefficients along the first axis (even ones first), their values, and a slice for the new values. Every thread
+/// has [`scratch_len`] elements of `scratch`.
 pub fn multiply<T: Real>(
-    grid: &Grid,
-    spectrum: &Spectrum<'_, T>,
+    exec: &dyn Exec,
+    (grid, spectrum): (&Grid, &Spectrum<'_, T>),
     field: &mut [T],
     scratch: &mut [T],
-    symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]),
+    symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]) + Sync,
 ) {
-    multiply_along(grid.dims, grid, spectrum, field, scratch, symbol);
+    multiply_along(exec, grid.dims, (grid, spectrum), field, scratch, symbol);
 }
 
 /// The same along the first `dims` axes alone, of a field of any number of planes across the others.
 pub(super) fn multiply_along<T: Real>(
+    exec: &dyn Exec,
     dims: usize,
-    grid: &Grid,
-    spectrum: &Spectrum<'_, T>,
+    (grid, spectrum): (&Grid, &Spectrum<'_, T>),
     field: &mut [T],
     scratch: &mut [T],
-    symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]),
+    symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]) + Sync,
 ) {
     let axes = &spectrum.axes;
     let width = |axis: usize| grid.n.iter().take(axis).product();
     for axis in (1..dims).rev() {
-        along_columns(&axes[axis], width(axis), Direction::Analysis, field, scratch);
+        along_columns(
+            exec,
+            (&axes[axis], width(axis)),
+            Direction::Analysis,
+            field,
+            scratch,
+        );
     }
-    along_rows(&axes[0], field, scratch, symbol);
+    along_rows(exec, &axes[0], field, scratch, symbol);
     for axis in 1..dims {
-        along_columns(&axes[axis], width(axis), Direction::Synthesis, field, scratch);
+        along_columns(
+            exec,
+            (&axes[axis], width(axis)),
+            Direction::Synthesis,
+            field,
+            scratch,
+        );
     }
 }
 
@@ -77,51 +91,43 @@ pub(super) enum Direction {
 
 /// Transforms `field` along an axis but the first, in place: slab after slab of so many rows of `width` values as the axis has cells.
 pub(super) fn along_columns<T: Real>(
-    modes: &Modes<'_, T>,
-    width: usize,
+    exec: &dyn Exec,
+    (modes, width): (&Modes<'_, T>, usize),
     direction: Direction,
     field: &mut [T],
     scratch: &mut [T],
 ) {
     let n = modes.cells();
-    if width == 0 {
-        return;
-    }
     if let Some(fourier) = &modes.fourier {
-        let slabs = field.chunks_exact_mut(n * width);
-        return slabs.for_each(|slab| match direction {
-            Direction::Analysis => long_axis::analyse_columns(fourier, width, slab, scratch),
-            Direction::Synthesis => long_axis::synthesise_columns(fourier, width, slab, scratch),
-        });
+        return for_panels(
+            exec,
+            field,
+            [n, width, COLUMNS],
+            scratch,
+            |columns, scratch| match direction {
+                Direction::Analysis => long_axis::analyse_columns(fourier, columns, scratch),
+                Direction::Synthesis => long_axis::synthesise_columns(fourier, columns, scratch),
+            },
+        );
     }
-    let (from, to) = scratch.split_at_mut(n * PANEL);
-    for slab in field.chunks_exact_mut(n * width) {
-        for start in (0..width).step_by(PANEL) {
-            let count = PANEL.min(width - start);
-            let panel = Panel {
-                n,
-                width,
-                start,
-                count,
-            };
-            let (from, to) = (&mut from[..panel.len()], &mut to[..panel.len()]);
-            let folds = modes.folds;
-            panel.read(slab, direction, folds, from);
-            panel.transform(modes, direction, from, to);
-            panel.write(to, direction, folds, slab);
-        }
-    }
+    let folds = modes.folds;
+    for_panels(exec, field, [n, width, PANEL], scratch, |mut columns, scratch| {
+        let panel = Panel {
+            n,
+            count: columns.count(),
+        };
+        let (from, to) = scratch.split_at_mut(n * PANEL);
+        let (from, to) = (&mut from[..panel.len()], &mut to[..panel.len()]);
+        panel.read(&columns, direction, folds, from);
+        panel.transform(modes, direction, from, to);
+        panel.write(to, direction, folds, &mut columns);
+    });
 }
 
 /// Some columns of a slab of `n` rows.
 #[derive(Clone, Copy)]
 struct Panel {
     n: usize,
-    /// The length of a row of the slab.
-    width: usize,
-    /// The first column.
-    start: usize,
-    /// Columns of the slab in the panel.
     count: usize,
 }
 
@@ -136,12 +142,6 @@ impl Panel {
         self.n * self.columns()
     }
 
-    /// Where row `i` lies in the slab.
-    fn in_slab(self, i: usize) -> Range<usize> {
-        let start = i * self.width + self.start;
-        start..start + self.count
-    }
-
     /// Where row `i` lies in scratch.
     fn in_scratch(self, i: usize) -> Range<usize> {
         let start = i * self.columns();
@@ -149,22 +149,22 @@ impl Panel {
     }
 
     /// Copies the columns: values to be analysed as the sums and differences of both halves of the axis, coefficients as they are.
-    fn read<T: Real>(self, slab: &[T], direction: Direction, folds: bool, to: &mut [T]) {
+    fn read<T: Real>(self, slab: &exec::Panel<'_, T>, direction: Direction, folds: bool, to: &mut [T]) {
         let n = self.n;
         if direction == Direction::Synthesis || !folds {
-            return (0..n).for_each(|i| to[self.in_scratch(i)].copy_from_slice(&slab[self.in_slab(i)]));
+            return (0..n).for_each(|i| to[self.in_scratch(i)].copy_from_slice(slab.row(i)));
         }
         for i in 0..n / 2 {
             let (even, odd) = to.split_at_mut(Parity::Even.count(n) * self.columns());
             fold(
-                &slab[self.in_slab(i)],
-                &slab[self.in_slab(n - 1 - i)],
+                slab.row(i),
+                slab.row(n - 1 - i),
                 &mut even[self.in_scratch(i)],
                 &mut odd[self.in_scratch(i)],
             );
         }
         if n % 2 == 1 {
-            to[self.in_scratch(n / 2)].copy_from_slice(&slab[self.in_slab(n / 2)]);
+            to[self.in_scratch(n / 2)].copy_from_slice(slab.row(n / 2));
         }
     }
 
@@ -185,92 +185,103 @@ impl Panel {
     }
 
     /// The inverse of [`Self::read`].
-    fn write<T: Real>(self, from: &[T], direction: Direction, folds: bool, slab: &mut [T]) {
+    fn write<T: Real>(self, from: &[T], direction: Direction, folds: bool, slab: &mut exec::Panel<'_, T>) {
         let n = self.n;
         if direction == Direction::Analysis || !folds {
-            return (0..n).for_each(|i| slab[self.in_slab(i)].copy_from_slice(&from[self.in_scratch(i)]));
+            return (0..n).for_each(|i| slab.row_mut(i).copy_from_slice(&from[self.in_scratch(i)]));
         }
         let (even, odd) = from.split_at(Parity::Even.count(n) * self.columns());
         for i in 0..n / 2 {
-            let (low, high) = slab.split_at_mut((n - 1 - i) * self.width);
-            fold(
-                &even[self.in_scratch(i)],
-                &odd[self.in_scratch(i)],
-                &mut low[self.in_slab(i)],
-                &mut high[self.start..self.start + self.count],
-            );
+            let [low, high] = slab.pair(i, n - 1 - i);
+            fold(&even[self.in_scratch(i)], &odd[self.in_scratch(i)], low, high);
         }
         if n % 2 == 1 {
-            slab[self.in_slab(n / 2)].copy_from_slice(&even[self.in_scratch(n / 2)]);
+            slab.row_mut(n / 2).copy_from_slice(&even[self.in_scratch(n / 2)]);
         }
     }
 }
 
 /// Transforms along the first axis, lets `symbol` change the coefficients, and transforms back, row by row of `field`.
 fn along_rows<T: Real>(
+    exec: &dyn Exec,
     modes: &Modes<'_, T>,
     field: &mut [T],
     scratch: &mut [T],
-    symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]),
+    symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]) + Sync,
 ) {
-    match &modes.fourier {
-        Some(fourier) => long_axis::along_rows(fourier, field, scratch, symbol),
-        None => along_short_rows(modes, field, scratch, symbol),
-    }
+    let (n, len) = (modes.cells(), field.len());
+    let together = if modes.fourier.is_some() {
+        COLUMNS
+    } else {
+        TOGETHER
+    };
+    for_panels(
+        exec,
+        field,
+        [1, len, together * n],
+        scratch,
+        |mut group, scratch| {
+            let first = group.first() / n;
+            let symbol = |row: usize, span: Range<usize>, old: &[T], new: &mut [T]| {
+                symbol(first + row, span, old, new)
+            };
+            let rows = group.row_mut(0);
+            match &modes.fourier {
+                Some(fourier) => long_axis::along_rows(fourier, rows, scratch, symbol),
+                None => along_short_rows(modes, rows, scratch, symbol),
+            }
+        },
+    );
 }
 
-/// [`along_rows`] by matrices, [`TOGETHER`] rows at a time.
+/// [`along_rows`] by matrices, of at most [`TOGETHER`] rows.
 fn along_short_rows<T: Real>(
     modes: &Modes<'_, T>,
-    field: &mut [T],
+    rows: &mut [T],
     scratch: &mut [T],
     symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]),
 ) {
     let n = modes.cells();
     let (halves, products) = scratch.split_at_mut(TOGETHER * n);
     let products = &mut products[..TOGETHER * padded(n)];
-    for (group, rows) in field.chunks_mut(TOGETHER * n).enumerate() {
-        let count = rows.len() / n;
-        let (even, odd) = halves.split_at_mut(TOGETHER * modes.count(Parity::Even));
-        if modes.folds {
-            let parts = even
-                .chunks_exact_mut(n.div_ceil(2))
-                .zip(odd.chunks_exact_mut(n / 2));
-            for (row, (even, odd)) in rows.chunks_exact(n).zip(parts) {
-                fold_row(row, even, odd);
-            }
-        } else {
-            even.iter_mut().zip(&*rows).for_each(|(to, &from)| *to = from);
+    let count = rows.len() / n;
+    let (even, odd) = halves.split_at_mut(TOGETHER * modes.count(Parity::Even));
+    if modes.folds {
+        let parts = even
+            .chunks_exact_mut(n.div_ceil(2))
+            .zip(odd.chunks_exact_mut(n / 2));
+        for (row, (even, odd)) in rows.chunks_exact(n).zip(parts) {
+            fold_row(row, even, odd);
         }
-        let (mut first, mut column) = (0, 0);
-        for parity in PARITIES {
-            let part = modes.count(parity);
-            if part == 0 {
-                continue;
-            }
-            let columns = part.next_multiple_of(COLUMNS);
-            let halves = &mut halves[TOGETHER * first..][..TOGETHER * part];
-            let products = &mut products[column..][..TOGETHER * columns];
-            product(halves, part, modes.analysis(parity), columns, products);
-            let rows = products.chunks_exact(columns).zip(halves.chunks_exact_mut(part));
-            for (row, (coefficients, out)) in rows.enumerate().take(count) {
-                let row = TOGETHER * group + row;
-                symbol(row, first..first + part, &coefficients[..part], out);
-            }
-            product(halves, part, modes.synthesis(parity), columns, products);
-            (first, column) = (first + part, column + TOGETHER * columns);
-        }
-        let [even, odd] = PARITIES.map(|parity| modes.count(parity).next_multiple_of(COLUMNS));
-        if !modes.folds {
-            let whole = rows.chunks_exact_mut(n).zip(products.chunks_exact(even));
-            whole.for_each(|(row, values)| row.iter_mut().zip(values).for_each(|(to, &from)| *to = from));
+    } else {
+        even.iter_mut().zip(&*rows).for_each(|(to, &from)| *to = from);
+    }
+    let (mut first, mut column) = (0, 0);
+    for parity in PARITIES {
+        let part = modes.count(parity);
+        if part == 0 {
             continue;
         }
-        let (evens, odds) = products.split_at(TOGETHER * even);
-        let parts = evens.chunks_exact(even).zip(odds.chunks_exact(odd));
-        for (row, (even, odd)) in rows.chunks_exact_mut(n).zip(parts) {
-            unfold_row(even, odd, row);
+        let columns = part.next_multiple_of(COLUMNS);
+        let halves = &mut halves[TOGETHER * first..][..TOGETHER * part];
+        let products = &mut products[column..][..TOGETHER * columns];
+        product(halves, part, modes.analysis(parity), columns, products);
+        let rows = products.chunks_exact(columns).zip(halves.chunks_exact_mut(part));
+        for (row, (coefficients, out)) in rows.enumerate().take(count) {
+            symbol(row, first..first + part, &coefficients[..part], out);
         }
+        product(halves, part, modes.synthesis(parity), columns, products);
+        (first, column) = (first + part, column + TOGETHER * columns);
+    }
+    let [even, odd] = PARITIES.map(|parity| modes.count(parity).next_multiple_of(COLUMNS));
+    if !modes.folds {
+        let whole = rows.chunks_exact_mut(n).zip(products.chunks_exact(even));
+        return whole.for_each(|(row, values)| row.iter_mut().zip(values).for_each(|(to, &from)| *to = from));
+    }
+    let (evens, odds) = products.split_at(TOGETHER * even);
+    let parts = evens.chunks_exact(even).zip(odds.chunks_exact(odd));
+    for (row, (even, odd)) in rows.chunks_exact_mut(n).zip(parts) {
+        unfold_row(even, odd, row);
     }
 }
 

@@ -10,7 +10,7 @@
 use super::borders;
 use super::transform::{Direction, along_columns, multiply_along};
 use crate::exec::ranks::{Ranks, swap};
-use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::exec::{Exec, RowBuffers, Serial, for_rows};
 use crate::field::rows::{part, part_mut};
 use crate::grid::Grid;
 use crate::grid::spectrum::{COLUMNS, LONGEST, Spectrum};
@@ -124,7 +124,7 @@ impl<'a, T: Real> Turned<'a, T> {
         let planes = part_mut(self.planes, 0..count * held.len() * deal.width());
         let along_last = |direction, columns: &mut [T], scratch: &mut [T]| {
             each(work, count, columns, scratch, |field, scratch| {
-                along_columns(last, own, direction, field, scratch);
+                along_columns(&Serial, (last, own), direction, field, scratch);
             });
         };
         deal.turn_to_columns(ranks, count, (Held::Slabs, fields), columns, self.message);
@@ -135,7 +135,7 @@ impl<'a, T: Real> Turned<'a, T> {
             let symbol = |row: usize, span: Range<usize>, old: &[T], new: &mut [T]| {
                 symbol(first + row, span, old, new)
             };
-            multiply_along(grid.dims - 1, grid, spectrum, field, scratch, symbol);
+            multiply_along(&Serial, grid.dims - 1, (grid, spectrum), field, scratch, symbol);
         });
         deal.turn_to_columns(ranks, count, (Held::Planes, planes), columns, self.message);
         along_last(Direction::Synthesis, columns, scratch);

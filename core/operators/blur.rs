@@ -104,7 +104,7 @@ impl<'a, T: Real> Blur<'a, T> {
                 if grid.is_part() {
                     turned.multiply((exec, &Serial), (grid, spectrum), out, scratch, symbol);
                 } else {
-                    transform::multiply(grid, spectrum, out, scratch, symbol);
+                    transform::multiply(&Serial, (grid, spectrum), out, scratch, symbol);
                 }
                 rows::add_scaled(out, identity, e);
             }

@@ -6,6 +6,7 @@
 //! With an importance W at the cells A = -div W^-2 grad, W at a face the mean of its two cells.
 
 use super::eigen;
+use crate::exec::Exec;
 use crate::field::rows::{self, part, part_mut};
 use crate::grid::solids::{Solids, closed};
 use crate::grid::spectrum::Spectrum;
@@ -21,8 +22,10 @@ const WEIGHTED_STEPS: usize = 600;
 pub const FIELDS: usize = 3;
 
 /// `field`, a right-hand side at the cells of one slot, becomes q with div grad q = right-hand side through open faces, until no residual is
-/// above `goal`. `work` holds [`FIELDS`] fields. With an `importance`, a field of cells, div W^-2 grad q is solved for.
+/// above `goal`. `work` holds [`FIELDS`] fields. With an `importance`, a field of cells, div W^-2 grad q is solved for. The box's own solves, which
+/// take most of it, are on the threads of `exec`.
 pub fn solve<T: Real>(
+    exec: &dyn Exec,
     (grid, spectrum, solids): (&Grid, &Spectrum<'_, T>, Solids<'_>),
     goal: f64,
     importance: Option<&[T]>,
@@ -39,7 +42,7 @@ pub fn solve<T: Real>(
     field.fill(T::ZERO);
     let precondition = |residual: &[T], out: &mut [T], scratch: &mut [T]| {
         out.copy_from_slice(residual);
-        eigen::solve(grid, spectrum, out, scratch);
+        eigen::solve(exec, (grid, spectrum), out, scratch);
         rows::scale_in_place(out, -T::ONE);
         solids.clear_cells(grid.n[0], out);
     };

@@ -10,8 +10,13 @@ use crate::simd::multiversion;
 use core::ops::Range;
 
 /// `field`, a right-hand side at the cells of one slot, becomes the q of mean 0 with div grad q = right-hand side less its mean.
-pub fn solve<T: Real>(grid: &Grid, spectrum: &Spectrum<'_, T>, field: &mut [T], scratch: &mut [T]) {
-    transform::multiply(grid, spectrum, field, scratch, inverse(grid, spectrum));
+pub fn solve<T: Real>(
+    exec: &dyn Exec,
+    (grid, spectrum): (&Grid, &Spectrum<'_, T>),
+    field: &mut [T],
+    scratch: &mut [T],
+) {
+    transform::multiply(exec, (grid, spectrum), field, scratch, inverse(grid, spectrum));
 }
 
 /// [`solve`] for all `fields` of a box that ranks share, slot by slot.

@@ -2,9 +2,9 @@
 
 use super::batch::{Batch, MAX_BATCH, Measured, divergence_in_row, inside, subtract_gradient_in_row};
 use super::{conjugate, eigen};
-use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::exec::{Exec, RowBuffers, Serial, for_rows};
 use crate::field::turned::Turned;
-use crate::field::{Block, Vector};
+use crate::field::{Block, Vector, rows};
 use crate::grid::Grid;
 use crate::grid::solids::Solids;
 use crate::grid::spectrum::Spectrum;
@@ -93,33 +93,33 @@ impl<'a, T: Real> Spectral<'a, T> {
     ) -> ControlFlow<()> {
         let (grid, spectrum, solids) = (self.grid, &self.spectrum, self.solids);
         let q = &mut self.q[..grid.cells() * batch.count];
-        if solids.obstacles() {
-            let work = &mut self.work[..conjugate::FIELDS * grid.cells() * batch.count];
-            for_rows(
-                exec,
-                batch.count,
-                RowBuffers::fields([q, work]).with_scratch(&mut *self.scratch),
-                |task| {
-                    let [q, work] = task.fields;
-                    conjugate::solve((grid, spectrum, solids), goal, importance, q, work, task.scratch);
-                },
-            );
-            return observer.on(Event::Work);
-        }
+        let (obstacles, fields) = (solids.obstacles(), conjugate::FIELDS * grid.cells());
+        let work = &mut self.work[..if obstacles { fields * batch.count } else { 0 }];
         if grid.is_part() {
             let spectrum = (grid, spectrum);
             eigen::solve_turned(exec, spectrum, q, &mut self.turned, self.scratch);
             return observer.on(Event::Work);
         }
-        for_rows(
-            exec,
-            batch.count,
-            RowBuffers::fields([q]).with_scratch(&mut *self.scratch),
-            |task| {
-                let [q] = task.fields;
-                eigen::solve(grid, spectrum, q, task.scratch);
-            },
-        );
+        let one = |exec: &dyn Exec, q: &mut [T], work: &mut [T], scratch: &mut [T]| {
+            if obstacles {
+                conjugate::solve(exec, (grid, spectrum, solids), goal, importance, q, work, scratch);
+            } else {
+                eigen::solve(exec, (grid, spectrum), q, scratch);
+            }
+        };
+        // A slot for each thread; of few slots, each on all threads.
+        if 2 * batch.count <= exec.threads() {
+            for (slot, q) in q.chunks_exact_mut(grid.cells()).enumerate() {
+                let work = rows::part_mut(work, slot * fields..(slot + 1) * fields);
+                one(exec, q, work, self.scratch);
+            }
+        } else {
+            let buffers = RowBuffers::fields([q, work]).with_scratch(&mut *self.scratch);
+            for_rows(exec, batch.count, buffers, |task| {
+                let [q, work] = task.fields;
+                one(&Serial, q, work, task.scratch);
+            });
+        }
         observer.on(Event::Work)
     }
 

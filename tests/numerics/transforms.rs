@@ -1,13 +1,13 @@
 //! Transforms along the axes of a box against the eigenvectors that they stand for, and how few passes a projection by them takes.
 
 use crate::fields::random::Random;
-use crate::fields::{Components, Memory, cast, gap, grid};
+use crate::fields::{Components, Memory, cast, gap, grid, with_threads};
 use crate::projection::{GRIDS, project};
 use core::f64::consts::PI;
-use thurible_core::Real;
 use thurible_core::field::transform;
 use thurible_core::grid::levels::Levels;
 use thurible_core::memory::Arena;
+use thurible_core::{Exec, Real, Serial};
 
 /// The eigenvectors of an axis: cosines between walls, cosines and then sines on a ring; those that are even about the middle first.
 fn eigenvectors(n: usize, ring: bool) -> Vec<Vec<f64>> {
@@ -63,18 +63,26 @@ fn agrees<T: Real>(n: usize, ring: bool, along_x: bool) {
     let factors: Vec<f64> = (0..n).map(|_| random.signed()).collect();
     let mut memory = Memory::new(1 << 22);
     let levels = Levels::<T>::carve(&mut Arena::new(memory.block()), &grid, 0).unwrap();
-    let mut scratch = vec![T::from_f64(f64::NAN); transform::scratch_len(&grid)];
-    let mut found = field.clone();
-    transform::multiply(
-        &grid,
-        &levels.spectrum(0),
-        &mut found,
-        &mut scratch,
-        |row, span, old, new| {
-            for ((at, &old), new) in span.zip(old).zip(new) {
-                *new = T::from_f64(factors[if along_x { at } else { row }]) * old;
-            }
-        },
+    let on = |exec: &dyn Exec| {
+        let mut scratch = vec![T::from_f64(f64::NAN); exec.threads() * transform::scratch_len(&grid)];
+        let (mut found, spectrum) = (field.clone(), levels.spectrum(0));
+        transform::multiply(
+            exec,
+            (&grid, &spectrum),
+            &mut found,
+            &mut scratch,
+            |row, span, old, new| {
+                for ((at, &old), new) in span.zip(old).zip(new) {
+                    *new = T::from_f64(factors[if along_x { at } else { row }]) * old;
+                }
+            },
+        );
+        found
+    };
+    let found = on(&Serial);
+    assert!(
+        with_threads(3, on) == found,
+        "{what}: other bits on three threads"
     );
     let (vectors, field): (_, Vec<f64>) = (eigenvectors(n, ring), cast(&field));
     let place = |other: usize, i: usize| {

@@ -18,7 +18,7 @@
 //! F w = -grad (F / lambda) div w along that axis alone, lambda its eigenvalue of L there, so that the transforms of cells serve.
 
 use crate::checkpoint::Mix;
-use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::exec::{Exec, RowBuffers, Serial, for_rows};
 use crate::field::{VectorMut, reborrow, rows, transform, view};
 use crate::grid::gaussian::{ANGLES, Gaussian};
 use crate::grid::levels::Levels;
@@ -202,33 +202,39 @@ impl<'a, T: Real> Guide<'a, T> {
         for_rows(exec, grid.dims, buffers, |task| {
             let ([cells], axis) = (task.fields, task.row);
             differences(grid, axis, given[axis], cells);
-            transform::multiply(grid, spectrum, cells, task.scratch, |row, span, found, out| {
-                let at = grid.row_at(row);
-                let squared = |axis: usize| grid.h[axis] * grid.h[axis];
-                let eigenvalue = |axis: usize, k: usize| {
-                    let known = spectrum.axes[axis].eigenvalues.get(k);
-                    known.map_or(0.0, |known| known.to_f64() * squared(axis))
-                };
-                let blur = |axis: usize, k: usize| blurs[axis].get(k).map_or(0.0, |blur| blur.to_f64());
-                let (across, of_across) = (1..grid.dims).fold((0.0, 1.0), |(sum, product), axis| {
-                    let k = at[axis - 1];
-                    (sum + eigenvalue(axis, k), product * blur(axis, k))
-                });
-                for ((out, &found), k) in out.iter_mut().zip(found).zip(span) {
-                    let (along, b) = (eigenvalue(0, k), of_across * blur(0, k));
-                    let own = if axis == 0 {
-                        along
-                    } else {
-                        eigenvalue(axis, at[axis - 1])
+            transform::multiply(
+                &Serial,
+                (grid, spectrum),
+                cells,
+                task.scratch,
+                |row, span, found, out| {
+                    let at = grid.row_at(row);
+                    let squared = |axis: usize| grid.h[axis] * grid.h[axis];
+                    let eigenvalue = |axis: usize, k: usize| {
+                        let known = spectrum.axes[axis].eigenvalues.get(k);
+                        known.map_or(0.0, |known| known.to_f64() * squared(axis))
                     };
-                    let scale = match grid.axis(axis).is_ring() {
-                        true => 1.0,
-                        false if own > 0.0 => 1.0 / own,
-                        false => 0.0,
-                    };
-                    *out = found * T::from_f64(scale * factor.of(*params, b * b, along + across));
-                }
-            });
+                    let blur = |axis: usize, k: usize| blurs[axis].get(k).map_or(0.0, |blur| blur.to_f64());
+                    let (across, of_across) = (1..grid.dims).fold((0.0, 1.0), |(sum, product), axis| {
+                        let k = at[axis - 1];
+                        (sum + eigenvalue(axis, k), product * blur(axis, k))
+                    });
+                    for ((out, &found), k) in out.iter_mut().zip(found).zip(span) {
+                        let (along, b) = (eigenvalue(0, k), of_across * blur(0, k));
+                        let own = if axis == 0 {
+                            along
+                        } else {
+                            eigenvalue(axis, at[axis - 1])
+                        };
+                        let scale = match grid.axis(axis).is_ring() {
+                            true => 1.0,
+                            false if own > 0.0 => 1.0 / own,
+                            false => 0.0,
+                        };
+                        *out = found * T::from_f64(scale * factor.of(*params, b * b, along + across));
+                    }
+                },
+            );
         });
         let (cells, all) = (&**cells, grid.cells());
         for_rows(exec, grid.rows(), RowBuffers::fields(reborrow(field)), |task| {
