@@ -855,8 +855,8 @@ typedef struct {
     uint32_t readvect;
     // Whether smoke is made between frames, and given beside them: 0 or 1.
     uint32_t emission;
-    // For later versions; must be 0.
-    uint32_t reserved;
+    // Whether the force from the flow of each pair to the next is computed: 0 or 1.
+    uint32_t forces;
 } ThuribleTrackConfig;
 
 // Where a flow is written, component by component, in the layout of files and in the capture's units: x fastest, one more along a component's own
@@ -1468,8 +1468,9 @@ ThuribleResult thurible_track_defaults(ThuribleTrackConfig *config,
                                        uint32_t method);
 
 // Finds the flow that carries the frame before the last to the last. `velocity`, `predicted` (the flow before the frames were looked at) and
-// `correction` (what was added to that) say where they are to be written, `pair` what is said of it; each of them may be null, as `executor` and
-// `observer`. How it ends is in `pair`; this returns only refusals, before anything is written.
+// `correction` (what was added to that) say where they are to be written, `force` (what leads from the flow before to this one, in velocities a
+// time: of every pair but the first, where `forces` of the configuration is 1), `pair` what is said of it; each of them may be null, as `executor`
+// and `observer`. How it ends is in `pair`; this returns only refusals, before anything is written.
 // Safety: `tracker` as in `thurible_track_close`; `executor` and `observer` are null or keep to their contracts; the others are null or may be read and
 // written, and their pointers are null or point to as many bytes to write as they say, nowhere into another of them.
 ThuribleResult thurible_track_step(ThuribleTracker *tracker,
@@ -1478,6 +1479,7 @@ ThuribleResult thurible_track_step(ThuribleTracker *tracker,
                                    const ThuribleFaces *velocity,
                                    const ThuribleFaces *predicted,
                                    const ThuribleFaces *correction,
+                                   const ThuribleFaces *force,
                                    ThuriblePair *pair);
 
 // Copies the first frame, carried by the flow to the last pair's second frame, into `out` of exactly `bytes` bytes, as frames are given. Refused

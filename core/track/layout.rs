@@ -1,5 +1,6 @@
 //! The buffers of tracking, said once.
 
+use super::force::Acting;
 use super::params::Prediction;
 use super::predict::{Carried, step_setup};
 use super::{Capture, TrackParams, Tracker};
@@ -24,9 +25,11 @@ impl<'m, T: Real, S: Space> Tracker<'m, T, S> {
             density_scale: capture.density_scale,
             lift: capture.lift(),
             unit: capture.velocity_unit(),
+            dt: capture.dt,
             levels: grids.iter().map(Levels::alone).collect(),
             frames: Default::default(),
             v: Default::default(),
+            before: Default::default(),
             pyramid: Pyramid {
                 frames: grids.iter().skip(1).map(|_| Default::default()).collect(),
                 coarse: Default::default(),
@@ -57,6 +60,8 @@ impl<'m, T: Real, S: Space> Tracker<'m, T, S> {
             layout.work("next frame with what was made", &mut self.whole, cells)?;
         }
         layout.work_vector("flow", &mut self.v, dims, cells)?;
+        let of_before = if self.params.forces { cells } else { 0 };
+        layout.work_vector("flow of the pair before", &mut self.before, dims, of_before)?;
         for (level, [one, other]) in self.levels.iter().skip(1).zip(&mut self.pyramid.frames) {
             layout.work("frame on a coarser grid", one, level.finest.cells())?;
             layout.work("next frame on a coarser grid", other, level.finest.cells())?;
@@ -85,6 +90,9 @@ fn uses<T: Real>(levels: &[Levels<'_, T>], params: &TrackParams, ledger: &mut Le
     }
     if params.predicts(Prediction::Bfecc) {
         Carried::carve(grid, &mut Pool::<T>::measuring(ledger));
+    }
+    if params.forces {
+        Acting::carve(finest, threads, &mut Pool::<T>::measuring(ledger));
     }
     if params.readvect {
         ledger.group("re-advection", Sharing::Together, |ledger| {

@@ -8,6 +8,7 @@
 //! The memory is that of three frames and one solve, however long the sequence is: frames are given one by one, and every pair hands out
 //! its results.
 
+mod force;
 mod layout;
 mod pair;
 mod params;
@@ -40,6 +41,8 @@ pub struct Tracker<'m, T, S> {
     lift: [f64; 3],
     /// Velocities of the capture in one of a cell a frame.
     unit: f64,
+    /// Time between frames.
+    dt: f64,
     /// The grids of the pyramid, finest first, each alone.
     levels: heapless::Vec<Levels<'m, T>, MAX_LEVELS>,
     /// phi_k and phi_{k+1}, scaled, and what is made of the second.
@@ -49,6 +52,8 @@ pub struct Tracker<'m, T, S> {
     emission: bool,
     /// v_{k-1}, then P_k, then v_k, in cells a frame.
     v: VectorMut<'m, T>,
+    /// v_{k-1} while v_k is looked for, where forces are asked for.
+    before: VectorMut<'m, T>,
     pyramid: Pyramid<'m, T>,
     /// The first frame carried by the flow, as it was given, and the last but one.
     carried: [&'m mut [T]; 2],

@@ -23,14 +23,16 @@ pub enum Part {
     Correction,
     /// v_k.
     Velocity,
+    /// u_{k-1}, from v_{k-1} to v_k: of every pair but the first, where the choices ask for forces.
+    Force,
 }
 
 /// A flow that is handed out.
 #[derive(Clone, Copy, Debug)]
 pub struct Faces<'a, T> {
-    grid: &'a Grid,
-    v: Vector<'a, T>,
-    unit: f64,
+    pub(super) grid: &'a Grid,
+    pub(super) v: Vector<'a, T>,
+    pub(super) unit: f64,
 }
 
 impl<T: Real> Faces<'_, T> {
@@ -82,6 +84,7 @@ impl<T: Real, S: Space> Tracker<'_, T, S> {
         observer: &mut dyn Observer,
         sink: &mut Sink<'_, T>,
     ) -> Result<Pair, Stop> {
+        self.keep();
         self.predict(exec, observer)?;
         sink(Part::Predicted, self.faces(view(&self.v)));
         let mut pair = Pair::default();
@@ -97,6 +100,7 @@ impl<T: Real, S: Space> Tracker<'_, T, S> {
         Stop::heard(observer)?;
         self.pull_back(exec)?;
         pair.misfit[1] = self.misfit(exec);
+        self.force(exec, observer, sink)?;
         if self.params.readvect {
             pair.readvection = self.carry(exec)?;
         }

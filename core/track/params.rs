@@ -116,6 +116,8 @@ pub struct TrackParams {
     pub independent: bool,
     /// Whether the first frame is carried by the flow, to be compared with the others.
     pub readvect: bool,
+    /// Whether the force is handed out that leads from the flow of a pair to that of the next.
+    pub forces: bool,
     /// Threads that memory is planned for.
     pub threads: usize,
 }
@@ -150,6 +152,7 @@ choices!(TrackParams, "track" {
     predict: predict, Kind::Word(Prediction::WORDS), "how the next flow is predicted";
     independent: independent, Kind::Flag, "every pair on its own";
     readvect: readvect, Kind::Flag, "carry the first frame by the flow and compare";
+    forces: forces, Kind::Flag, "the force from the flow of each pair to the next";
 });
 
 impl TrackParams {
@@ -183,6 +186,7 @@ impl TrackParams {
             },
             independent: !hard,
             readvect: true,
+            forces: false,
             threads: 1,
         }
     }

@@ -13,6 +13,8 @@ pub struct Track {
     pub(crate) predicted: Py<PyTuple>,
     /// What was added to that.
     pub(crate) correction: Py<PyTuple>,
+    /// The force from the flow of each pair to the next, or None.
+    pub(crate) force: Option<Py<PyTuple>>,
     /// The first frame carried by the flow, or None.
     pub(crate) density: Py<PyAny>,
     /// What is said of each pair.

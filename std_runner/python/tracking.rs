@@ -46,9 +46,9 @@ pub struct Job<'py> {
     pub memory_limit: Option<usize>,
 }
 
-/// What the pairs hand out: predicted, correction and velocity, by axis, and the density.
+/// What the pairs hand out: predicted, correction, velocity and force, by axis, and the density.
 struct Found<T> {
-    faces: [[Vec<T>; 3]; 3],
+    faces: [[Vec<T>; 3]; 4],
     density: Vec<T>,
     pairs: Vec<(f64, Pair)>,
 }
@@ -203,10 +203,11 @@ impl<'py> Job<'py> {
             })?;
             Ok(list)
         };
-        let mut faces: [[Vec<T>; 3]; 3] = Default::default();
-        for part in &mut faces {
+        let mut faces: [[Vec<T>; 3]; 4] = Default::default();
+        let forces = if self.params.forces { frames - 2 } else { 0 };
+        for (part, count) in faces.iter_mut().zip([frames - 1, frames - 1, frames - 1, forces]) {
             for (axis, component) in part.iter_mut().enumerate().take(dims) {
-                *component = list((frames - 1) * self.faces(axis).iter().product::<usize>())?;
+                *component = list(count * self.faces(axis).iter().product::<usize>())?;
             }
         }
         Ok(Found {
@@ -223,24 +224,30 @@ impl<'py> Job<'py> {
         (density_scale, remarks): (f64, Vec<String>),
         planned_bytes: usize,
     ) -> PyResult<Track> {
-        let part = |components: [Vec<T>; 3]| -> PyResult<Py<PyTuple>> {
+        let pairs = self.shape[0] - 1;
+        let part = |components: [Vec<T>; 3], count: usize| -> PyResult<Py<PyTuple>> {
             let arrays = components.into_iter().enumerate().take(self.cells.len());
             let arrays = arrays.map(|(axis, values)| {
-                let mut shape = vec![self.shape[0] - 1];
+                let mut shape = vec![count];
                 shape.extend(self.faces(axis));
                 PyArray1::from_vec(py, values).reshape(shape)
             });
             Ok(PyTuple::new(py, arrays.collect::<PyResult<Vec<_>>>()?)?.unbind())
         };
-        let [predicted, correction, velocity] = found.faces;
+        let [predicted, correction, velocity, force] = found.faces;
         let history = PyList::empty(py);
         for (frame, (seconds, pair)) in found.pairs.iter().enumerate() {
             history.append(said(py, frame, *seconds, pair, self.params.readvect)?)?;
         }
         Ok(Track {
-            velocity: part(velocity)?,
-            predicted: part(predicted)?,
-            correction: part(correction)?,
+            velocity: part(velocity, pairs)?,
+            predicted: part(predicted, pairs)?,
+            correction: part(correction, pairs)?,
+            force: if self.params.forces {
+                Some(part(force, pairs - 1)?)
+            } else {
+                None
+            },
             density: if self.params.readvect {
                 PyArray1::from_vec(py, found.density)
                     .reshape(self.shape.clone())?

@@ -11,15 +11,16 @@ use thurible_core::{Real, Space, Tracker};
 /// The ends of the names of components.
 const AXES: [&str; 3] = ["x", "y", "z"];
 /// The names of what a pair hands out, in its order.
-const PARTS: [&str; 3] = ["predicted", "correction", "velocity"];
+const PARTS: [&str; 4] = ["predicted", "correction", "velocity", "force"];
 
 /// The numbers of the arrays in the store; none of those that there are not.
 pub(super) struct Arrays {
     pub captured: usize,
     pub density: usize,
     pub emission: usize,
-    /// Predicted, correction, velocity, truth, by axis.
+    /// Predicted, correction, velocity and force, by axis.
     pub faces: [[usize; 3]; 4],
+    pub truth: [usize; 3],
 }
 
 impl Arrays {
@@ -39,8 +40,11 @@ impl Arrays {
             usize::MAX
         };
         let mut faces = [[usize::MAX; 3]; 4];
-        let names = PARTS.iter().copied().chain(given.has_truth().then_some("truth"));
-        for (name, places) in names.zip(&mut faces) {
+        let mut truth = [usize::MAX; 3];
+        let handed_out = if planned.params.forces { 4 } else { 3 };
+        let parts = PARTS.into_iter().zip(&mut faces).take(handed_out);
+        let truths = given.has_truth().then_some(("truth", &mut truth));
+        for (name, places) in parts.chain(truths) {
             for (axis, place) in places.iter_mut().enumerate().take(S::DIM) {
                 *place = store.begin(&format!("{name}_{}", AXES[axis]), given.faces(axis))?;
             }
@@ -50,6 +54,7 @@ impl Arrays {
             density,
             emission,
             faces,
+            truth,
         })
     }
 }

@@ -63,7 +63,11 @@ pub(super) fn finish(
     };
     let record = TrackRecord::new(scene, planned, ended);
     destination.fill(|folder| {
-        let count = |name: &str| pairs + usize::from(matches!(name, "captured" | "density"));
+        let count = |name: &str| match name {
+            "captured" | "density" => pairs + 1,
+            name if name.starts_with("force_") => pairs.saturating_sub(1),
+            _ => pairs,
+        };
         store.pack(&folder.join("result.npz"), precision, count)?;
         write_report(folder, &record)
     })?;

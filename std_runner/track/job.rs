@@ -19,6 +19,7 @@ use core::mem::MaybeUninit;
 use core::ops::ControlFlow;
 use serde_json::json;
 use std::path::PathBuf;
+use thurible_core::track::Part;
 use thurible_core::transport::Stop;
 use thurible_core::{D2, D3, Event, Exec, Named, Observer, Real, Space, Status, Tracker};
 
@@ -213,13 +214,14 @@ impl Job<'_> {
             display: &self.display,
         };
         let pair = tracker.step(exec, &mut watch, &mut |part, faces| {
-            own.clear();
             for axis in 0..S::DIM {
                 let mut values = vec![T::ZERO; faces.len(axis)];
                 faces.read(axis, &mut values);
                 let place = arrays.faces[part as usize][axis];
                 failed = failed.take().or_else(|| store.push(place, &values).err());
-                own.push(values);
+                if part == Part::Velocity {
+                    own.push(values);
+                }
             }
         });
         let pair = pair.map_err(Ending::Stopped)?;
@@ -230,7 +232,7 @@ impl Job<'_> {
             for axis in 0..S::DIM {
                 let values = self.planned.given.truth(&self.request.scene, index, axis)?;
                 let narrowed: Vec<T> = values.iter().map(|&value| T::from_f64(value)).collect();
-                store.push(arrays.faces[3][axis], &narrowed)?;
+                store.push(arrays.truth[axis], &narrowed)?;
                 truth.push(values);
             }
         }

@@ -315,6 +315,41 @@ fn what_is_odd_is_said() {
     assert!(first < 1e-3, "{first} cells a frame out of nothing");
 }
 
+/// Forces are one fewer than flows, without divergence, and change no flow (std_runner/python/tests has them bring each flow to the next).
+#[test]
+fn forces_are_written_when_asked() {
+    let frames = files("track_forces", &[0, 1, 2, 3]);
+    let folder = frames.parent().unwrap();
+    let [plain, forced] = ["plain", "forced"].map(|name| folder.join(name));
+    for (out, forces) in [(&plain, "track.forces=false"), (&forced, "track.forces=true")] {
+        let ended = track(
+            &frames,
+            out,
+            &["--quiet", "--set", "capture.dt=0.5", "--set", forces],
+        );
+        assert_eq!(ended.code, 0, "{}", ended.err);
+    }
+    let bytes = |out: &Path| report(out)["memory"]["planned_bytes"].as_u64().unwrap();
+    assert!(bytes(&forced) > bytes(&plain));
+    let [plain, forced] = [plain, forced].map(|out| npz::read(&out.join("result.npz")));
+    assert!(!plain.contains_key("force_x"));
+    for name in ["velocity_x", "velocity_y"] {
+        assert_eq!(plain[name].data, forced[name].data);
+    }
+    let (x, y) = (&forced["force_x"], &forced["force_y"]);
+    assert_eq!((&x.shape[..], &y.shape[..]), (&[2, 12, 17][..], &[2, 13, 16][..]));
+    let largest = x.data.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+    assert!(largest > 0.0);
+    for (k, row, column) in (0..2 * 12 * 16).map(|cell| (cell / 192, cell / 16 % 12, cell % 16)) {
+        let (x, y) = (
+            |at: usize| x.data[(k * 12 + row) * 17 + at],
+            |at: usize| y.data[(k * 13 + at) * 16 + column],
+        );
+        let divergence = x(column + 1) - x(column) + y(row + 1) - y(row);
+        assert!(divergence.abs() < 1e-4 * largest, "{divergence} beside {largest}");
+    }
+}
+
 /// The flow of the first pair is taken from a velocity alone, or from the first step of a result; of other cells it is refused.
 #[test]
 fn the_first_flow_may_be_known() {
@@ -350,8 +385,8 @@ fn the_first_flow_may_be_known() {
     assert_eq!(ended.code, 2, "{}", ended.err);
     let words = "has velocity_x that is refused: it has 204 values where 102 are needed";
     assert!(ended.err.contains(words), "{}", ended.err);
-    let ended = track(&other, &again, &["--quiet", "--set", "track.forces=true"]);
-    let words = "there is no key `forces` here; expected one of `method`";
+    let ended = track(&other, &again, &["--quiet", "--set", "track.winds=true"]);
+    let words = "there is no key `winds` here; expected one of `method`";
     assert!(
         ended.err.contains(words) && ended.err.contains("`initial_velocity`"),
         "{}",

@@ -39,6 +39,7 @@ static void tracks(uint32_t precision, uint32_t dimensions, uint32_t method) {
     config.beta = 0.0;
     config.independent = 1;
     config.iterations = 60;
+    config.forces = 1;
     const size_t bytes = track_memory(&config), number = precision;
     const size_t cells = (size_t)(NX * NY) * (dimensions == 3 ? NZ : 1);
     void *memory = aligned(bytes), *frame = aligned(cells * number);
@@ -58,13 +59,14 @@ static void tracks(uint32_t precision, uint32_t dimensions, uint32_t method) {
     OK(thurible_track_give(tracker, NULL, frame, NULL, cells * number));
     IS(thurible_track_set_initial_velocity(tracker, 0, frame, cells * number), LATE);
     ThuriblePair pair;
-    IS(thurible_track_step(tracker, NULL, NULL, NULL, NULL, NULL, &pair), NO_FRAME);
-    void *out[3][3];
-    ThuribleFaces parts[3];
+    IS(thurible_track_step(tracker, NULL, NULL, NULL, NULL, NULL, NULL, &pair), NO_FRAME);
+    void *out[4][3];
+    ThuribleFaces parts[4];
     memset(parts, 0, sizeof parts);
-    for (int part = 0; part < 3; part++)
+    for (int part = 0; part < 4; part++)
         for (uint32_t axis = 0; axis < dimensions; axis++) {
             out[part][axis] = aligned(faces);
+            memset(out[part][axis], 0, faces);
             parts[part].values[axis] = out[part][axis];
             parts[part].bytes[axis] = faces;
         }
@@ -72,31 +74,34 @@ static void tracks(uint32_t precision, uint32_t dimensions, uint32_t method) {
         waves(frame, number, dimensions, 1.25 * time, -0.5 * time);
         OK(thurible_track_give(tracker, NULL, frame, NULL, cells * number));
         parts[0].bytes[1] -= number;
-        IS(thurible_track_step(tracker, NULL, NULL, &parts[0], &parts[1], &parts[2], &pair), LENGTH);
+        IS(thurible_track_step(tracker, NULL, NULL, &parts[0], &parts[1], &parts[2], &parts[3], &pair), LENGTH);
         parts[0].bytes[1] += number;
-        OK(thurible_track_step(tracker, NULL, NULL, &parts[0], &parts[1], &parts[2], &pair));
+        OK(thurible_track_step(tracker, NULL, NULL, &parts[0], &parts[1], &parts[2], &parts[3], &pair));
         CHECK(pair.status == THURIBLE_STATUS_CONVERGED && pair.frame == (size_t)(time - 1));
         CHECK(pair.levels == 3 && pair.products[0] > 0 && pair.products[3] == 0);
         CHECK(pair.misfit < 0.02 * pair.misfit_predicted && pair.fastest > 1.0 && pair.fastest < 2.0);
         /* A cell a frame is 2 / 32 / 0.1. */
         const double unit = 2.0 / NX / 0.1, truth[3] = {1.25, -0.5, 0.0};
-        double far = 0.0, apart = 0.0;
+        double far = 0.0, apart = 0.0, pushed = 0.0;
         for (uint32_t axis = 0; axis < dimensions; axis++)
             for (size_t face = 0; face < cells; face++) {
                 const double v = get(out[0][axis], number, face) / unit;
                 far += (v - truth[axis]) * (v - truth[axis]);
                 apart = fmax(apart, fabs(get(out[0][axis], number, face) - get(out[1][axis], number, face) - get(out[2][axis], number, face)));
+                pushed = fmax(pushed, fabs(get(out[3][axis], number, face)));
             }
         far = sqrt(far / (double)cells) / hypot(1.25, 0.5);
         CHECK(far < 0.06); /* of the motion */
         CHECK(apart < 1e-5 * unit); /* velocity = predicted + correction */
+        /* The first pair has no force, and one that goes on as it was a small one. */
+        CHECK(time == 1 ? pushed == 0.0 : pushed > 0.0 && pushed < 0.2 * unit / 0.1);
     }
     OK(thurible_track_density(tracker, frame, cells * number));
     CHECK(pair.readvection < 0.05);
-    IS(thurible_track_step(tracker, NULL, NULL, NULL, NULL, NULL, NULL), NO_FRAME);
+    IS(thurible_track_step(tracker, NULL, NULL, NULL, NULL, NULL, NULL, NULL), NO_FRAME);
     OK(thurible_track_close(tracker));
     IS(thurible_track_give(tracker, NULL, frame, NULL, cells * number), NO_INSTANCE);
-    for (int part = 0; part < 3; part++)
+    for (int part = 0; part < 4; part++)
         for (uint32_t axis = 0; axis < dimensions; axis++) free(out[part][axis]);
     free(frame);
     free(memory);
@@ -135,16 +140,16 @@ static void emits(void) {
             OK(thurible_track_give(tracker, NULL, frame, emission && time ? made : NULL, sizeof frame));
             if (time == 0) continue;
             ThuriblePair pair;
-            OK(thurible_track_step(tracker, NULL, NULL, NULL, NULL, NULL, &pair));
+            OK(thurible_track_step(tracker, NULL, NULL, NULL, NULL, NULL, NULL, &pair));
             fastest[emission] = fmax(fastest[emission], pair.fastest);
         }
         OK(thurible_track_give(tracker, NULL, frame, NULL, sizeof frame));
         const ThuribleObserver observer = {stop, NULL};
         ThuriblePair pair;
-        OK(thurible_track_step(tracker, NULL, &observer, NULL, NULL, NULL, &pair));
+        OK(thurible_track_step(tracker, NULL, &observer, NULL, NULL, NULL, NULL, &pair));
         CHECK(pair.status == THURIBLE_STATUS_CANCELLED);
         IS(thurible_track_give(tracker, NULL, frame, NULL, sizeof frame), ENDED);
-        IS(thurible_track_step(tracker, NULL, NULL, NULL, NULL, NULL, &pair), ENDED);
+        IS(thurible_track_step(tracker, NULL, NULL, NULL, NULL, NULL, NULL, &pair), ENDED);
         OK(thurible_track_close(tracker));
         free(memory);
     }

@@ -115,8 +115,8 @@ pub struct ThuribleTrackConfig {
     pub readvect: u32,
     /// Whether smoke is made between frames, and given beside them: 0 or 1.
     pub emission: u32,
-    /// For later versions; must be 0.
-    pub reserved: u32,
+    /// Whether the force from the flow of each pair to the next is computed: 0 or 1.
+    pub forces: u32,
 }
 
 // SAFETY: plain numbers, the size first.
@@ -144,7 +144,7 @@ impl ThuribleTrackConfig {
     }
 
     /// Every field that holds a choice, and what the core calls it.
-    fn held(&mut self) -> [crate::config::Held<'_>; 17] {
+    fn held(&mut self) -> [crate::config::Held<'_>; 18] {
         held! { self:
             method "method",
             alpha "alpha",
@@ -163,6 +163,7 @@ impl ThuribleTrackConfig {
             predict "predict",
             independent "independent",
             readvect "readvect",
+            forces "forces",
         }
     }
 
@@ -181,10 +182,6 @@ impl ThuribleTrackConfig {
     pub fn with<R>(&self, work: impl FnOnce(&Capture<'_>, &TrackParams) -> R) -> Result<R, ConfigError> {
         let (_, dims) = self.kind()?;
         let boundary = ends(&self.boundary, dims)?;
-        if self.reserved != 0 {
-            let (field, given) = ("reserved", self.reserved);
-            return Err(ConfigError::Code { field, given });
-        }
         let mut params = TrackParams {
             threads: self.threads,
             ..TrackParams::of(code("method", self.method)?)

@@ -24,8 +24,9 @@ pub struct ThuribleFaces {
 }
 
 /// Finds the flow that carries the frame before the last to the last. `velocity`, `predicted` (the flow before the frames were looked at) and
-/// `correction` (what was added to that) say where they are to be written, `pair` what is said of it; each of them may be null, as `executor` and
-/// `observer`. How it ends is in `pair`; this returns only refusals, before anything is written.
+/// `correction` (what was added to that) say where they are to be written, `force` (what leads from the flow before to this one, in velocities a
+/// time: of every pair but the first, where `forces` of the configuration is 1), `pair` what is said of it; each of them may be null, as `executor`
+/// and `observer`. How it ends is in `pair`; this returns only refusals, before anything is written.
 ///
 /// # Safety
 /// `tracker` as in `thurible_track_close`; `executor` and `observer` are null or keep to their contracts; the others are null or may be read and
@@ -38,6 +39,7 @@ pub unsafe extern "C" fn thurible_track_step(
     velocity: *const ThuribleFaces,
     predicted: *const ThuribleFaces,
     correction: *const ThuribleFaces,
+    force: *const ThuribleFaces,
     pair: *mut ThuriblePair,
 ) -> ThuribleResult {
     // SAFETY: the caller's promises.
@@ -50,6 +52,7 @@ pub unsafe extern "C" fn thurible_track_step(
                 asked(body, predicted)?,
                 asked(body, correction)?,
                 asked(body, velocity)?,
+                asked(body, force)?,
             ]);
             if !each!(&body.tracker, one => one.is_ready()) {
                 return Err(ThuribleResult::NoFrame.into());
@@ -74,7 +77,7 @@ impl ThuriblePair {
 }
 
 /// Where what a pair hands out is to be written, by `Part`.
-struct Out([Option<ThuribleFaces>; 3]);
+struct Out([Option<ThuribleFaces>; 4]);
 
 /// What a host asks for, with every length checked.
 ///

@@ -783,6 +783,21 @@ class Track(unittest.TestCase):
             self.assertLess(found.history[0]["misfit"], 0.9 * found.history[0]["misfit_predicted"])
             self.assertGreater(found.planned_bytes, 0)
 
+    def test_forces_bring_each_flow_to_the_next(self):
+        for boundary in "wall", "periodic":
+            frames = self.frames(np.float64)
+            choices = {"boundary": boundary, "dt": 0.5, "length": 2.0}
+            self.assertIsNone(thurible_smoke.track(frames, **choices).force)
+            found = thurible_smoke.track(frames, options={"forces": True}, **choices)
+            steps = len(frames) - 2
+            operator = thurible_smoke.Operator(frames.shape[1:], steps, tolerance=1e-12, **choices)
+            densities, velocities = operator.simulate(frames[0], [v[0] for v in found.velocity], found.force)
+            for reached, tracked, force in zip(velocities, found.velocity, found.force):
+                self.assertEqual(len(force), steps)
+                size = np.abs(tracked).max()
+                self.assertGreater(np.abs(tracked[-1] - tracked[0]).max(), 0.01 * size)
+                np.testing.assert_allclose(reached[-1], tracked[-1], atol=1e-5 * size)
+
     def test_what_no_flow_does_is_said(self):
         frames = self.frames(np.float32)
         self.assertEqual(thurible_smoke.track(frames).remarks, [])

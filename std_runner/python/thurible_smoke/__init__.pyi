@@ -257,6 +257,9 @@ class Track:
     def correction(self) -> tuple[Numbers, ...]:
         """What was added to that."""
     @property
+    def force(self) -> tuple[Numbers, ...] | None:
+        """The force from the flow of each pair to the next, of shape (N - 1, faces); None but where options say forces True."""
+    @property
     def density(self) -> Numbers | None:
         """The first frame carried by the flow, of the shape of the frames; None where options say readvect False."""
     @property
