@@ -677,6 +677,14 @@ typedef struct {
     uint32_t direct_history_precision;
     // L-BFGS over forces: a `ThuribleHistoryPrecision`; full by default.
     uint32_t lbfgs_history_precision;
+    // Guidance: noise without divergence that stirs each step, its root mean square in cells a step; 0 by default, for none.
+    double guide_curl_noise;
+    // Guidance: how wide the noise is blurred, in cells.
+    double guide_noise_sigma;
+    // Guidance: which noise, from 1.
+    uint32_t guide_noise_seed;
+    // For later versions; must be 0.
+    uint32_t reserved;
 } ThuribleConfig;
 
 // A task: call it with the `argument` that came with it and an index below the number of tasks.

@@ -126,7 +126,11 @@ const TABLES: &[(&str, &[Key])] = &[
     ),
     (
         "/properties/method/properties/guide/properties",
-        &[("radius", "", "cells")],
+        &[
+            ("radius", "", "cells"),
+            ("curl_noise", "", "cells / step"),
+            ("noise_sigma", "", "cells"),
+        ],
     ),
     (
         "/properties/method/properties/stable_fluids/properties",

@@ -360,3 +360,107 @@ fn what_cannot_guide_is_refused() {
         );
     }
 }
+
+/// The noise of one step from rest, which a dear correction leaves as it is, in box lengths a step.
+fn noise<T: Real, S: Space>(
+    cells: &[usize],
+    ends: &str,
+    change: impl Fn(&mut Scene),
+) -> (Grid, Components<f64>) {
+    let mut scene = one_step(cells, ends);
+    scene.params.guide.kinetic = 1e12;
+    scene.params.guide.noise.strength = 0.4;
+    change(&mut scene);
+    let grid = scene.problem().grid();
+    let unit = scene.length / scene.dt;
+    let found = first_flow::<T, S>(&scene);
+    (
+        grid,
+        found.map(|component| component.iter().map(|x| x / unit).collect()),
+    )
+}
+
+fn noise_is_a_flow<T: Real, S: Space>(cells: &[usize], ends: &str) {
+    let (grid, found) = noise::<T, S>(cells, ends, |_| ());
+    let size = (dot_all(&found, &found) / grid.cells() as f64).sqrt();
+    let accuracy = 1e-7 + 100.0 * T::EPSILON;
+    assert!((size / (0.4 * grid.h[0]) - 1.0).abs() < accuracy, "{size:e}");
+    let divergence = largest_of(&[Naive::new(&grid).divergence(&found), Vec::new(), Vec::new()]);
+    assert!(
+        divergence < accuracy * largest_of(&found) / grid.h[0],
+        "{divergence:e}"
+    );
+    // No axis is left out, and neighbours are alike: the noise is blurred.
+    let naive = Naive::new(&grid);
+    for (axis, component) in found.iter().enumerate().take(grid.dims) {
+        let mean_square = dot_all(&found, &found) / component.len() as f64;
+        assert!(component.iter().map(|x| x * x).sum::<f64>() / component.len() as f64 > 0.1 * mean_square);
+        let beside = places(&grid).map(|at| component[naive.id(naive.walk(at, axis, 1))]);
+        let together: f64 = component.iter().zip(beside).map(|(x, next)| x * next).sum();
+        assert!(together > 0.5 * component.iter().map(|x| x * x).sum::<f64>());
+    }
+    let [again, other] =
+        [1, 2].map(|seed| noise::<T, S>(cells, ends, |scene| scene.params.guide.noise.seed = seed).1);
+    assert!(again == found && other != found);
+}
+
+#[test]
+fn noise_has_its_strength_and_no_divergence() {
+    noise_is_a_flow::<f64, D2>(&[24, 18], "ww");
+    noise_is_a_flow::<f32, D2>(&[17, 20], "pw");
+    noise_is_a_flow::<f64, D3>(&[12, 10, 14], "wpw");
+    noise_is_a_flow::<f32, D3>(&[10, 12, 9], "ppp");
+}
+
+/// What is larger than the radius is the given flow's, here rest; what is smaller stays.
+#[test]
+fn guidance_calms_the_large_waves_of_noise() {
+    let (grid, free) = noise::<f64, D2>(&[40, 32], "pp", |_| ());
+    let (_, led) = noise::<f64, D2>(&[40, 32], "pp", |scene| {
+        (scene.params.guide.kinetic, scene.params.guide.radius) = (0.0, 2.0);
+        scene.params.guide.noise.sigma = 2.0;
+    });
+    let large = |w: &Components<f64>| {
+        let w = blurred(&grid, 4.0, w);
+        dot_all(&w, &w)
+    };
+    let still = one_step(&[40, 32], "pp").reference(1);
+    let away = add_scaled_all(&led, -1.0, &still);
+    assert!(
+        large(&away) < 0.2 * large(&free),
+        "{} of {}",
+        large(&away),
+        large(&free)
+    );
+}
+
+#[test]
+fn noise_goes_through_no_solid_cell_and_is_the_same_on_any_threads() {
+    let disc = |scene: &mut Scene| {
+        let grid = scene.problem().grid();
+        scene.scheme = thurible_core::Scheme::Limited;
+        scene.effects.keep_mass = true;
+        scene.effects.solid = places(&grid)
+            .map(|at| (0..grid.dims).all(|a| at[a] * 3 / grid.n[a] == 1))
+            .collect();
+    };
+    let (grid, found) = noise::<f64, D2>(&[24, 18], "ww", disc);
+    assert!(largest_of(&found) > 0.1 * grid.h[0]);
+    let inside = (9..15).flat_map(|x| (6..12).map(move |y| [x, y, 0]));
+    let naive = Naive::new(&grid);
+    assert!(
+        inside
+            .into_iter()
+            .all(|at| (0..2).all(|axis| found[axis][naive.id(at)] == 0.0))
+    );
+    let [alone, together] = [1, 3].map(|threads| {
+        let mut scene = one_step(&[72, 64], "pw");
+        (scene.params.guide.noise.strength, scene.params.threads) = (0.4, threads);
+        with_threads(threads, |exec| {
+            scene.with::<f32, D2, _>(|solver| {
+                crate::fields::cases::Solved::run(&scene, solver, exec, &mut Silent)
+            })
+        })
+    });
+    assert!(alone.bits() == together.bits());
+}

@@ -187,6 +187,14 @@ pub struct ThuribleConfig {
     pub direct_history_precision: u32,
     /// L-BFGS over forces: a `ThuribleHistoryPrecision`; full by default.
     pub lbfgs_history_precision: u32,
+    /// Guidance: noise without divergence that stirs each step, its root mean square in cells a step; 0 by default, for none.
+    pub guide_curl_noise: f64,
+    /// Guidance: how wide the noise is blurred, in cells.
+    pub guide_noise_sigma: f64,
+    /// Guidance: which noise, from 1.
+    pub guide_noise_seed: u32,
+    /// For later versions; must be 0.
+    pub reserved: u32,
 }
 
 // SAFETY: plain numbers and pointers, the size first.
@@ -207,7 +215,7 @@ pub(crate) use held;
 
 impl ThuribleConfig {
     /// Every field that holds a choice of a method, and what the core calls it.
-    fn held(&mut self) -> [Held<'_>; 32] {
+    fn held(&mut self) -> [Held<'_>; 35] {
         held! { self:
             direct_history "direct.history",
             direct_history_precision "direct.history_precision",
@@ -241,6 +249,9 @@ impl ThuribleConfig {
             guide_penalty "guide.penalty",
             guide_iterations "guide.iterations",
             guide_solver "guide.solver",
+            guide_curl_noise "guide.curl_noise",
+            guide_noise_sigma "guide.noise_sigma",
+            guide_noise_seed "guide.noise_seed",
         }
     }
 }

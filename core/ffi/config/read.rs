@@ -39,6 +39,10 @@ impl ThuribleConfig {
     pub unsafe fn with<R>(&self, work: impl FnOnce(&Problem<'_>, &Params) -> R) -> Result<R, ConfigError> {
         let dims = dimensions(self.dimensions)?;
         let boundary = ends(&self.boundary, dims)?;
+        if self.reserved != 0 {
+            let (field, given) = ("reserved", self.reserved);
+            return Err(ConfigError::Code { field, given });
+        }
         let params = self.params()?;
         let mut lists = const { Lists::new() };
         // SAFETY: the caller's promise.

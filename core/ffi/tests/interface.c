@@ -263,6 +263,8 @@ static void configurations(void) {
     ODD(lbfgs_history_precision = 2, "lbfgs_history_precision is 2");
     ODD(guide_radius = 0.0, "guide.radius is 0");
     ODD(guide_solver = 3, "guide_solver is 3");
+    ODD(guide_noise_sigma = 0.0, "guide.noise_sigma is 0");
+    ODD(reserved = 1, "reserved is 1");
     effects.template_count = 0;
     effects.method = THURIBLE_METHOD_DIRECT;
     factors[1].step = 1;

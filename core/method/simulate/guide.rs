@@ -7,7 +7,7 @@
 //! ```
 //!
 //! R is the given flow at that step, B a Gaussian of `radius` cells, L = -Laplacian, in cells. So the large motion is that of R, and what is
-//! smaller than the radius is the simulation's own. In a box without solid cells B, L and the projection Q have the same eigenvectors:
+//! smaller than the radius is the simulation's own; [noise](super::stir) can stir it. In a box without solid cells B, L and the projection Q have the same eigenvectors:
 //! Delta = Q F (R - u~), F = B^2 / (B^2 + alpha L + beta). Among solid cells Q has others, and ADMM finds Delta:
 //!
 //! ```text
@@ -17,6 +17,7 @@
 //! Along its own axis between walls a component w has sines for eigenvectors. They are the differences of the cosines of cells:
 //! F w = -grad (F / lambda) div w along that axis alone, lambda its eigenvalue of L there, so that the transforms of cells serve.
 
+use super::stir::{Noise, Stir};
 use crate::checkpoint::Mix;
 use crate::exec::{Exec, RowBuffers, Serial, for_rows};
 use crate::field::{VectorMut, reborrow, rows, transform, view};
@@ -58,6 +59,8 @@ pub struct GuideParams {
     pub iterations: usize,
     /// How the correction is found.
     pub solver: GuideSolver,
+    /// What stirs the flow before it is guided.
+    pub noise: Noise,
 }
 
 impl Default for GuideParams {
@@ -69,6 +72,7 @@ impl Default for GuideParams {
             penalty: 1e3,
             iterations: 5,
             solver: GuideSolver::Auto,
+            noise: Noise::default(),
         }
     }
 }
@@ -86,6 +90,12 @@ choices!(GuideParams, "guide" {
         "of ADMM, for each step";
     solver: solver, Kind::Word(GuideSolver::WORDS),
         "how the correction is found; auto takes ADMM among obstacles";
+    curl_noise: noise.strength, Kind::Number(Numbers::NotNegative),
+        "noise without divergence that stirs each step, in cells a step; 0: none";
+    noise_sigma: noise.sigma, Kind::Number(Numbers::Within(64.0)),
+        "how wide the noise is blurred, in cells";
+    noise_seed: noise.seed, Kind::Count(u32::MAX as usize),
+        "which noise";
 });
 
 impl GuideParams {
@@ -99,11 +109,17 @@ impl GuideParams {
             penalty,
             iterations,
             solver,
+            noise:
+                Noise {
+                    strength,
+                    sigma,
+                    seed,
+                },
         } = *self;
-        [radius, smoothness, kinetic, penalty]
+        [radius, smoothness, kinetic, penalty, strength, sigma]
             .into_iter()
             .for_each(|number| mix.real(number));
-        [iterations as u64, solver as u64]
+        [iterations as u64, solver as u64, seed as u64]
             .into_iter()
             .for_each(|word| mix.word(word));
     }
@@ -132,6 +148,8 @@ pub struct Guide<'a, T> {
     /// A field of cells for each component.
     cells: &'a mut [T],
     scratch: &'a mut [T],
+    /// What stirs the flow, if anything does.
+    pub(super) stir: Option<Stir<'a, T>>,
 }
 
 impl<'a, T: Real> Guide<'a, T> {
@@ -160,6 +178,7 @@ impl<'a, T: Real> Guide<'a, T> {
                 }),
                 cells: pool.take("components as cells", grid.dims * grid.cells()),
                 scratch: pool.take("rows and panels", threads * transform::scratch_len(grid)),
+                stir: Stir::carve(grid, params.noise, threads, pool),
             };
             guide.fill_blurs();
             guide

@@ -86,6 +86,7 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
         if let Some(params) = self.setup.guide() {
             let mut guide = Guide::carve(levels, params, step_setup.threads, &mut pool);
             let reference = at(k);
+            step.stir(exec, observer, &mut guide, k, sums)?;
             step.guide(exec, observer, &mut guide, reference, sums)?;
         }
         put(exec, &levels.finest, view(&step.v), v, k - 1);

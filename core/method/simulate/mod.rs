@@ -1,7 +1,7 @@
 //! The baselines (mathematics section 7): the flow simulated forwards, step by step, where the other methods never do.
 //!
 //! [`step`] solves one implicit step of equations (1) and (2) and its adjoint; [`forward`] marches with it, free, driven
-//! towards the next keyframe (Fattal & Lischinski 2004), or guided by a given flow ([`guide`]). Adjoint control searches for forces by the adjoint of the whole
+//! towards the next keyframe (Fattal & Lischinski 2004), or guided by a given flow ([`guide`]) that noise can stir ([`stir`]). Adjoint control searches for forces by the adjoint of the whole
 //! march.
 
 pub mod drive;
@@ -12,5 +12,6 @@ mod march;
 pub mod params;
 mod setup;
 pub mod step;
+pub mod stir;
 
 pub use forward::Simulation;

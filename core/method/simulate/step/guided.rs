@@ -12,6 +12,40 @@ use crate::real::Real;
 use crate::transport::Stop;
 
 impl<T: Real> Step<'_, T> {
+    /// v += the noise of step `step`, if guidance has one. The fields of the step that was solved hold what this takes.
+    ///
+    /// # Errors
+    /// [`Stop::Cancelled`].
+    pub fn stir(
+        &mut self,
+        exec: &dyn Exec,
+        observer: &mut dyn Observer,
+        guide: &mut Guide<'_, T>,
+        step: usize,
+        sums: &mut [f64],
+    ) -> Result<(), Stop> {
+        let Some(stir) = &mut guide.stir else {
+            return Ok(());
+        };
+        let (shape, tolerance) = (self.shape(), SURE * self.setup.tolerance);
+        let Self {
+            projection,
+            v,
+            given,
+            residual,
+            correction: [work, ..],
+            solids,
+            ..
+        } = self;
+        stir.noise(exec, step, residual, work, given, sums);
+        if solids.there() {
+            // The curl knows walls, but no solid cells.
+            project(projection, exec, observer, given, tolerance, sums)?;
+        }
+        add(exec, shape, v, 1.0, 1.0, view(given));
+        Ok(())
+    }
+
     /// v += Delta, by the given flow `reference`. The fields of the step that was solved hold what this takes.
     ///
     /// # Errors
