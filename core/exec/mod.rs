@@ -18,8 +18,8 @@
 mod capped;
 mod chunks;
 pub mod device;
-// Machines without 64-bit atomics hardly have threads to lend.
 mod panels;
+// Machines without 64-bit atomics hardly have threads to lend.
 #[cfg(target_has_atomic = "64")]
 mod pool;
 pub mod ranks;

@@ -4,7 +4,7 @@ use super::batch::{Batch, MAX_BATCH, Measured, divergence_in_row, inside, subtra
 use super::{conjugate, eigen};
 use crate::exec::{Exec, RowBuffers, Serial, for_rows};
 use crate::field::turned::Turned;
-use crate::field::{Block, Vector, rows};
+use crate::field::{Block, Vector};
 use crate::grid::Grid;
 use crate::grid::solids::Solids;
 use crate::grid::spectrum::Spectrum;
@@ -93,8 +93,9 @@ impl<'a, T: Real> Spectral<'a, T> {
     ) -> ControlFlow<()> {
         let (grid, spectrum, solids) = (self.grid, &self.spectrum, self.solids);
         let q = &mut self.q[..grid.cells() * batch.count];
-        let (obstacles, fields) = (solids.obstacles(), conjugate::FIELDS * grid.cells());
-        let work = &mut self.work[..if obstacles { fields * batch.count } else { 0 }];
+        let obstacles = solids.obstacles();
+        let fields = if obstacles { conjugate::FIELDS } else { 0 };
+        let work = &mut self.work[..fields * grid.cells() * batch.count];
         if grid.is_part() {
             let spectrum = (grid, spectrum);
             eigen::solve_turned(exec, spectrum, q, &mut self.turned, self.scratch);
@@ -107,12 +108,9 @@ impl<'a, T: Real> Spectral<'a, T> {
                 eigen::solve(exec, (grid, spectrum), q, scratch);
             }
         };
-        // A slot for each thread; of few slots, each on all threads.
-        if 2 * batch.count <= exec.threads() {
-            for (slot, q) in q.chunks_exact_mut(grid.cells()).enumerate() {
-                let work = rows::part_mut(work, slot * fields..(slot + 1) * fields);
-                one(exec, q, work, self.scratch);
-            }
+        // A slot for each thread; a slot alone, in which there is less to share, on all of them.
+        if batch.count == 1 {
+            one(exec, q, work, self.scratch);
         } else {
             let buffers = RowBuffers::fields([q, work]).with_scratch(&mut *self.scratch);
             for_rows(exec, batch.count, buffers, |task| {

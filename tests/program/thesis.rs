@@ -69,6 +69,13 @@ fn the_list_names_every_figure_of_the_thesis() {
             .collect::<Vec<_>>()
     };
     assert_eq!(members("fig3.9"), ["fig3.8"]);
+    for alias in ["fig3.9", "fig3.11", "fig4.4", "fig4.5", "fig4.6", "fig4.7"] {
+        assert!(
+            members(alias)
+                .iter()
+                .all(|member| names.contains(&member.as_str()))
+        );
+    }
     // Every figure is in its chapter.
     assert_eq!(["chapter3", "chapter4", "chapter5"].map(members).concat(), names);
 }
