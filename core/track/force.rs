@@ -6,6 +6,7 @@
 
 use super::Tracker;
 use super::pair::{Faces, Part, Sink};
+use super::predict::LEFT;
 use crate::exec::Exec;
 use crate::field::{VectorMut, reborrow, view};
 use crate::force::{from_velocity, scratch_per_thread};
@@ -18,9 +19,6 @@ use crate::operators::self_advection::Fluid;
 use crate::poisson::Projection;
 use crate::real::Real;
 use crate::transport::Stop;
-
-/// How much divergence the projection leaves of what there was.
-const LEFT: f64 = 1e-6;
 
 /// A force that is computed.
 pub(super) struct Acting<'a, T> {
@@ -51,14 +49,15 @@ impl<T: Real, S: Space> Tracker<'_, T, S> {
         }
     }
 
-    /// Hands out the force, where one is asked for and there is a pair before.
+    /// Hands out the force, where one is asked for and the pair before is that of the frames before.
     pub(super) fn force(
         &mut self,
         exec: &dyn Exec,
         observer: &mut dyn Observer,
         sink: &mut Sink<'_, T>,
     ) -> Result<(), Stop> {
-        if !self.params.forces || self.pairs == 0 {
+        let follows = self.pairs > 0 && self.pairs + 2 == self.given;
+        if !self.params.forces || !follows {
             return Ok(());
         }
         let Self {

@@ -23,7 +23,7 @@ pub enum Part {
     Correction,
     /// v_k.
     Velocity,
-    /// u_{k-1}, from v_{k-1} to v_k: of every pair but the first, where the choices ask for forces.
+    /// u_{k-1}, from v_{k-1} to v_k, where the choices ask for forces: of every pair but the first, and one before which frames were passed over.
     Force,
 }
 

@@ -21,7 +21,7 @@ const TOLERANCE: f64 = 1e-6;
 /// Directions of GMRES: as many as fit in the memory of the flow solve.
 const DIRECTIONS: usize = 5;
 /// How much divergence a projection leaves of what there was.
-const LEFT: f64 = 1e-6;
+pub(super) const LEFT: f64 = 1e-6;
 
 /// The implicit step of a prediction.
 pub(super) fn step_setup(threads: usize) -> step::Setup {

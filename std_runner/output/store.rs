@@ -80,6 +80,11 @@ impl Store {
         Ok(())
     }
 
+    /// Leaves out the arrays whose names begin so; nothing is pushed afterwards.
+    pub fn leave_out(&mut self, begins: &str) {
+        self.arrays.retain(|array| !array.name.starts_with(begins));
+    }
+
     /// Writes everything to disc.
     pub fn flush(&mut self) -> Result<(), Failure> {
         self.arrays

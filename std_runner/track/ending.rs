@@ -57,6 +57,10 @@ pub(super) fn finish(
         };
     }
     store.flush()?;
+    if pairs < 2 {
+        // A force leads from one pair to another.
+        store.leave_out("force_");
+    }
     let precision = match planned.precision {
         problem::Precision::F32 => Precision::F32,
         problem::Precision::F64 => Precision::F64,

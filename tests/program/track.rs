@@ -348,6 +348,15 @@ fn forces_are_written_when_asked() {
         let divergence = x(column + 1) - x(column) + y(row + 1) - y(row);
         assert!(divergence.abs() < 1e-4 * largest, "{divergence} beside {largest}");
     }
+    // One pair alone has none, and is a whole result as any other.
+    let frames = files("track_forces_alone", &[0, 1]);
+    let [out, into] = ["out", "exported"].map(|name| frames.parent().unwrap().join(name));
+    let ended = track(&frames, &out, &["--quiet", "--set", "track.forces=true"]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    assert!(!npz::read(&out.join("result.npz")).contains_key("force_x"));
+    let [from, into] = [&out, &into].map(|path| path.to_str().unwrap());
+    let ended = run(&["export", from, "--format", "zarr", "-o", into, "--quiet"]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
 }
 
 /// The flow of the first pair is taken from a velocity alone, or from the first step of a result; of other cells it is refused.

@@ -140,6 +140,8 @@ static void emits(void) {
             OK(thurible_track_give(tracker, NULL, frame, emission && time ? made : NULL, sizeof frame));
             if (time == 0) continue;
             ThuriblePair pair;
+            const ThuribleFaces unasked = {{NULL, NULL, NULL}, {0, 0, 0}};
+            IS(thurible_track_step(tracker, NULL, NULL, NULL, NULL, NULL, &unasked, &pair), NO_RESULT);
             OK(thurible_track_step(tracker, NULL, NULL, NULL, NULL, NULL, NULL, &pair));
             fastest[emission] = fmax(fastest[emission], pair.fastest);
         }

@@ -41,6 +41,8 @@ pub struct Body {
     pub threads: usize,
     /// Whether the first frame is carried along.
     pub readvect: bool,
+    /// Whether forces are computed.
+    pub forces: bool,
     /// Frames that were given.
     pub frames: usize,
     /// How the last pair ended: nothing is found after one that was stopped.
@@ -148,6 +150,7 @@ pub unsafe fn make(
         number: precision as usize,
         threads: config.threads,
         readvect: config.readvect == 1,
+        forces: config.forces == 1,
         frames: 0,
         status: ThuribleStatus::Goes,
     };

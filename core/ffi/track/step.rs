@@ -25,7 +25,8 @@ pub struct ThuribleFaces {
 
 /// Finds the flow that carries the frame before the last to the last. `velocity`, `predicted` (the flow before the frames were looked at) and
 /// `correction` (what was added to that) say where they are to be written, `force` (what leads from the flow before to this one, in velocities a
-/// time: of every pair but the first, where `forces` of the configuration is 1), `pair` what is said of it; each of them may be null, as `executor`
+/// time, where `forces` of the configuration is 1: of every pair but the first, and one before which frames were passed over; elsewhere nothing is
+/// written), `pair` what is said of it; each of them may be null, as `executor`
 /// and `observer`. How it ends is in `pair`; this returns only refusals, before anything is written.
 ///
 /// # Safety
@@ -48,6 +49,9 @@ pub unsafe extern "C" fn thurible_track_step(
             writable(pair)?;
             let exec = threads(body, executor)?;
             let mut observer = host::observer(observer).ok_or(ThuribleResult::Misaligned)?;
+            if !force.is_null() && !body.forces {
+                return Err(ThuribleResult::NoResult.into());
+            }
             let out = Out([
                 asked(body, predicted)?,
                 asked(body, correction)?,
