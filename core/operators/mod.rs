@@ -1,6 +1,7 @@
 //! Operators on the MAC grid with their exact adjoints, written once for all axes.
 
 pub mod blur;
+pub mod curl;
 pub mod divergence;
 pub mod exits;
 pub mod plaquette;

@@ -1,4 +1,4 @@
-//! Random numbers of a chain: SplitMix64 (Steele, Lea & Flood 2014), a stream for each chain of each frame.
+//! Random numbers of a chain, or of noise: SplitMix64 (Steele, Lea & Flood 2014), a stream for each chain of each frame.
 
 use libm::{log, sqrt};
 

@@ -7,6 +7,7 @@ use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Vector, VectorMut, reborrow, rows};
 use crate::flow::sample::four;
 use crate::grid::{Grid, Side};
+use crate::operators::curl::turns;
 use crate::real::Real;
 
 /// What a potential is made of.
@@ -183,15 +184,7 @@ pub(super) fn add_curl<T: Real>(
     let corner = |[x, y, z]: [usize; 3]| (z * n[1] + y) * n[0] + x;
     for_rows(exec, fine.rows(), RowBuffers::fields(reborrow(v)), |task| {
         for (axis, out) in task.fields.into_iter().enumerate().take(dims) {
-            // d psi_c / d b - d psi_b / d c; in 2D psi stands along z, as the first field.
-            let terms: [(usize, usize, T); 2] = match (dims, axis) {
-                (2, 0) => [(0, 1, T::ONE), (0, 1, T::ZERO)],
-                (2, _) => [(0, 0, -T::ONE), (0, 0, T::ZERO)],
-                _ => {
-                    let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
-                    [(c, b, T::ONE), (b, c, -T::ONE)]
-                }
-            };
+            let terms = turns(dims, axis);
             for (x, out) in out.iter_mut().enumerate() {
                 let here = fine.cell_at(task.row, x);
                 let Some(low) = fine.beside(here, axis, Side::Low) else {
@@ -202,7 +195,7 @@ pub(super) fn add_curl<T: Real>(
                     let mut next = here;
                     next[along] += 1;
                     let value = |at| psi[component].get(corner(at)).copied().unwrap_or(T::ZERO);
-                    curl += sign * (value(next) - value(here));
+                    curl += T::from_f64(sign) * (value(next) - value(here));
                 }
                 let of = |at| amplitude.get(fine.index(at)).copied().unwrap_or(T::ZERO);
                 *out += scale * (T::HALF * (of(low) + of(here))) * curl;

@@ -13,7 +13,7 @@ use crate::field::{Vector, VectorMut, reborrow, rows, sums, view};
 use crate::grid::gaussian::Gaussian;
 use crate::grid::{Grid, Side};
 use crate::memory::{Pool, pooled};
-use crate::operators::blur;
+use crate::operators::{blur, curl::turns};
 use crate::real::Real;
 use crate::walk::Random;
 
@@ -38,6 +38,9 @@ impl Default for Noise {
     }
 }
 
+/// A potential that differs by no more than so many rounding errors from cell to cell is flat.
+const FLAT: f64 = 16.0;
+
 /// The workspace: rows and taps of the Gaussian.
 pub struct Stir<'a, T> {
     grid: &'a Grid,
@@ -59,7 +62,7 @@ impl<'a, T: Real> Stir<'a, T> {
         })
     }
 
-    /// `out` = the noise of a step, to be added. `potential` and `work` are overwritten; `sums` holds a value a row.
+    /// `out` = the noise of a step, of no certain strength. `potential` and `work` are overwritten.
     pub fn noise(
         &mut self,
         exec: &dyn Exec,
@@ -67,7 +70,6 @@ impl<'a, T: Real> Stir<'a, T> {
         potential: &mut VectorMut<'_, T>,
         work: &mut [T],
         out: &mut VectorMut<'_, T>,
-        sums: &mut [f64],
     ) {
         let grid = self.grid;
         for (axis, values) in potential.iter_mut().enumerate() {
@@ -85,14 +87,20 @@ impl<'a, T: Real> Stir<'a, T> {
                 curl_in_row(grid, (axis, task.row), given, out);
             }
         });
-        let squares = sums::sum_squares(exec, grid, 1, view(out), sums);
+    }
+
+    /// Gives the noise its strength. `sums` holds a value a row.
+    pub fn strengthen(&self, exec: &dyn Exec, noise: &mut VectorMut<'_, T>, sums: &mut [f64]) {
+        let grid = self.grid;
+        let squares = sums::sum_squares(exec, grid, 1, view(noise), sums);
         let size = libm::sqrt(squares / grid.cells() as f64);
-        let scale = if size > 0.0 {
+        // A potential of at most 1 in all, more or less, whose differences are rounding errors.
+        let scale = if size * grid.h[0] > FLAT * T::EPSILON {
             self.noise.strength * grid.h[0] / size
         } else {
             0.0
         };
-        for component in out.iter_mut().take(grid.dims) {
+        for component in noise.iter_mut().take(grid.dims) {
             rows::scale_in_place(component, T::from_f64(scale));
         }
     }
@@ -133,26 +141,20 @@ fn ramp(x: f64) -> f64 {
 
 /// A row of the faces of `axis` of the curl of a potential.
 fn curl_in_row<T: Real>(grid: &Grid, (axis, row): (usize, usize), potential: Vector<'_, T>, out: &mut [T]) {
-    // In 2D the only component, psi, is across the plane: (d psi / dy, -d psi / dx).
-    let turns: &[(usize, usize, f64)] = match (grid.dims, axis) {
-        (2, 0) => &[(0, 1, 1.0)],
-        (2, _) => &[(0, 0, -1.0)],
-        (_, 0) => &[(2, 1, 1.0), (1, 2, -1.0)],
-        (_, 1) => &[(0, 2, 1.0), (2, 0, -1.0)],
-        _ => &[(1, 0, 1.0), (0, 1, -1.0)],
-    };
     for (x, out) in out.iter_mut().enumerate() {
         let here = grid.cell_at(row, x);
         let value = |component: usize, at: [usize; 3]| {
             let values = potential.get(component).copied().unwrap_or(&[]);
             values.get(grid.index(at)).map_or(0.0, |value| value.to_f64())
         };
-        let sum = turns.iter().fold(0.0, |sum, &(component, along, sign)| {
-            // Beyond the last cell is the wall, where the potential is 0.
-            let next = grid.beside(here, along, Side::High);
-            let next = next.map_or(0.0, |next| value(component, next));
-            sum + sign * (next - value(component, here)) / grid.h[along]
-        });
+        let sum = turns(grid.dims, axis)
+            .into_iter()
+            .fold(0.0, |sum, (component, along, sign)| {
+                // Beyond the last cell is the wall, where the potential is 0.
+                let next = grid.beside(here, along, Side::High);
+                let next = next.map_or(0.0, |next| value(component, next));
+                sum + sign * (next - value(component, here)) / grid.h[along]
+            });
         *out = T::from_f64(sum);
     }
 }

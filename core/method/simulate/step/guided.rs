@@ -37,11 +37,12 @@ impl<T: Real> Step<'_, T> {
             solids,
             ..
         } = self;
-        stir.noise(exec, step, residual, work, given, sums);
+        stir.noise(exec, step, residual, work, given);
         if solids.there() {
             // The curl knows walls, but no solid cells.
             project(projection, exec, observer, given, tolerance, sums)?;
         }
+        stir.strengthen(exec, given, sums);
         add(exec, shape, v, 1.0, 1.0, view(given));
         Ok(())
     }
