@@ -24,6 +24,17 @@ pub(super) fn read(bytes: &[u8]) -> Result<Pixels, Fault> {
     let size = reader.output_buffer_size().unwrap_or(usize::MAX);
     let header = reader.info();
     check(header.width as usize, header.height as usize, size, bytes.len())?;
+    // The library counts on whole colours.
+    if header
+        .palette
+        .as_ref()
+        .is_some_and(|palette| palette.len() % 3 != 0)
+    {
+        return Err(Fault::content(
+            "has a palette that ends inside a colour",
+            "save it as PNG again",
+        ));
+    }
     let mut raw = vec![0; size];
     let frame = reader.next_frame(&mut raw).map_err(broken)?;
     raw.truncate(frame.buffer_size());
@@ -44,4 +55,30 @@ pub(super) fn read(bytes: &[u8]) -> Result<Pixels, Fault> {
         samples,
         note: None,
     })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use png::{ColorType, Encoder};
+
+    fn indexed(palette: &'static [u8]) -> Vec<u8> {
+        let mut file = Vec::new();
+        let mut encoder = Encoder::new(&mut file, 8, 8);
+        encoder.set_color(ColorType::Indexed);
+        encoder.set_depth(BitDepth::Eight);
+        encoder.set_palette(palette);
+        let mut writer = encoder.write_header().unwrap();
+        writer.write_image_data(&[1; 64]).unwrap();
+        writer.finish().unwrap();
+        file
+    }
+
+    #[test]
+    fn a_palette_that_ends_inside_a_colour_is_refused() {
+        let read = read(&indexed(&[9; 6])).unwrap();
+        assert_eq!((read.width, read.channels), (8, 3));
+        assert!(super::read(&indexed(&[9; 7])).is_err());
+    }
 }
