@@ -20,8 +20,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 const MIB: u64 = 1 << 20;
-/// What is allowed beyond the plan. Measured: 0.4 MiB for this scene.
-const SPARE: u64 = MIB / 2;
+/// What is allowed beyond the plan. Measured: 0.48 to 0.51 MiB for this scene, by pages of the heap and by profile.
+const SPARE: u64 = MIB * 5 / 8;
 
 const SCENE: &str = r#"
 [grid]
@@ -129,7 +129,7 @@ fn the_program_needs_its_plan_and_little_more() {
             .contains("data:image"),
         "no pictures"
     );
-    for less in (0..=16).map(|step| step * 32 * 1024) {
+    for less in (0..=20).map(|step| step * 32 * 1024) {
         let short = run(&folder, start + bytes + SPARE - less, &SOLVE);
         match short.status.code() {
             Some(0 | 5) => {}
