@@ -48,7 +48,7 @@ fn level(x: u32, y: u32) -> u8 {
 
 /// 8 x 8 pixels of several kinds.
 fn plain() -> Vec<DynamicImage> {
-    let clear = |x, y| LumaA([level(x, y), 9 * level(y, x)]);
+    let clear = |x, y| LumaA([level(x, y), level(y, x).wrapping_mul(9)]);
     vec![
         image::ImageBuffer::from_fn(8, 8, |x, y| Luma([level(x, y)])).into(),
         image::ImageBuffer::from_fn(8, 8, clear).into(),
