@@ -14,6 +14,7 @@ use crate::grid::Space;
 use crate::grid::levels::Levels;
 use crate::grid::solids::Solids;
 use crate::memory::{Pool, Sharing, pooled};
+use crate::method::simulate::step::project;
 use crate::observe::Observer;
 use crate::operators::self_advection::Fluid;
 use crate::poisson::Projection;
@@ -84,12 +85,7 @@ impl<T: Real, S: Space> Tracker<'_, T, S> {
             solids: Solids::default(),
         };
         from_velocity::<T, S>(exec, fluid, view(v), view(before), &[], reborrow(&mut u), scratch);
-        if projection
-            .project(exec, observer, &mut u, None, LEFT, sums)
-            .is_break()
-        {
-            return Err(Stop::Cancelled);
-        }
+        project(&mut projection, exec, observer, &mut u, LEFT, sums)?;
         let faces = Faces {
             grid: &finest.finest,
             v: view(&u),

@@ -116,11 +116,6 @@ impl<T: Real, S: Space> Tracker<'_, T, S> {
             ..
         } = self;
         let mut projection = Projection::carve(&levels[0], 0, 1, params.threads, &mut Pool::new(region));
-        let done = projection.project(exec, observer, v, None, LEFT, sums);
-        if done.is_break() {
-            Err(Stop::Cancelled)
-        } else {
-            Ok(())
-        }
+        step::project(&mut projection, exec, observer, v, LEFT, sums)
     }
 }

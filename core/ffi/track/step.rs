@@ -26,8 +26,8 @@ pub struct ThuribleFaces {
 /// Finds the flow that carries the frame before the last to the last. `velocity`, `predicted` (the flow before the frames were looked at) and
 /// `correction` (what was added to that) say where they are to be written, `force` (what leads from the flow before to this one, in velocities a
 /// time, where `forces` of the configuration is 1: of every pair but the first, and one before which frames were passed over; elsewhere nothing is
-/// written), `pair` what is said of it; each of them may be null, as `executor`
-/// and `observer`. How it ends is in `pair`; this returns only refusals, before anything is written.
+/// written), `pair` what is said of it; each of them may be null, as `executor` and `observer`. How it ends is in `pair`; this returns only
+/// refusals, before anything is written.
 ///
 /// # Safety
 /// `tracker` as in `thurible_track_close`; `executor` and `observer` are null or keep to their contracts; the others are null or may be read and

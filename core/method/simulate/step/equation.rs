@@ -101,7 +101,10 @@ impl<T: Real> Step<'_, T> {
 }
 
 /// Projects a field of one slot.
-pub(super) fn project<T: Real>(
+///
+/// # Errors
+/// [`Stop::Cancelled`].
+pub fn project<T: Real>(
     projection: &mut Projection<'_, T>,
     exec: &dyn Exec,
     observer: &mut dyn Observer,

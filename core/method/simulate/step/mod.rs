@@ -6,6 +6,8 @@
 mod equation;
 mod guided;
 
+pub use equation::project;
+
 use super::krylov::{DIRECTIONS, Krylov};
 use crate::exec::Exec;
 use crate::field::slot::{self, Slot};
