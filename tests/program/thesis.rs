@@ -76,6 +76,16 @@ fn the_list_names_every_figure_of_the_thesis() {
                 .all(|member| names.contains(&member.as_str()))
         );
     }
+    // The word for all of them has them all, or it would be listed as a group as well.
+    let whole: Vec<&str> = ended
+        .out
+        .lines()
+        .filter(|line| line.starts_with("all "))
+        .collect();
+    assert!(
+        matches!(whole[..], [line] if line.contains("all of them")),
+        "{whole:?}"
+    );
     // Every figure is in its chapter.
     assert_eq!(["chapter3", "chapter4", "chapter5"].map(members).concat(), names);
 }
