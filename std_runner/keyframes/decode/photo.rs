@@ -9,6 +9,13 @@ use super::pixels::{Pixels, Samples};
 use super::room::{LONGEST_SIDE, check, most};
 use crate::keyframes::error::Fault;
 
+/// Whether a JPEG of so many pixels has more bytes than these: the mean of a block of 8 x 8 pixels takes a bit at least (ITU-T T.81, annex F),
+/// and what is missing would be drawn in grey, for a second where it is much.
+fn is_cut_off(width: u32, height: u32, bytes: usize) -> bool {
+    let blocks = u64::from(width.div_ceil(8)) * u64::from(height.div_ceil(8));
+    blocks / 8 > bytes as u64
+}
+
 /// Decodes a picture of this format.
 pub(super) fn read(bytes: &[u8], format: ImageFormat) -> Result<Pixels, Fault> {
     let name = format
@@ -30,6 +37,13 @@ pub(super) fn read(bytes: &[u8], format: ImageFormat) -> Result<Pixels, Fault> {
     let (width, height) = decoder.dimensions();
     let size = usize::try_from(decoder.total_bytes()).unwrap_or(usize::MAX);
     check(width as usize, height as usize, size, bytes.len())?;
+    if format == ImageFormat::Jpeg && is_cut_off(width, height, bytes.len()) {
+        let found = format!(
+            "is {width} x {height} pixels, most of which {} bytes cannot hold",
+            bytes.len()
+        );
+        return Err(Fault::content(found, "save it again"));
+    }
     let turn = decoder.orientation().unwrap_or(Orientation::NoTransforms);
     let mut picture = DynamicImage::from_decoder(decoder).map_err(broken)?;
     picture.apply_orientation(turn);
@@ -55,4 +69,35 @@ pub(super) fn read(bytes: &[u8], format: ImageFormat) -> Result<Pixels, Fault> {
         samples,
         note: None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_jpeg_of_many_pixels_in_few_bytes_is_cut_off() {
+        assert!(is_cut_off(6641, 6641, 400));
+        assert!(!is_cut_off(1920, 1080, 4050));
+        assert!(is_cut_off(1920, 1080, 4049));
+        let mut bytes = Vec::new();
+        let flat = image::RgbImage::new(512, 512);
+        let encoder = image::codecs::jpeg::JpegEncoder::new(&mut bytes);
+        assert!(flat.write_with_encoder(encoder).is_ok());
+        assert!(read(&bytes, ImageFormat::Jpeg).is_ok());
+        // Height and width of the frame's header.
+        let frame = bytes
+            .windows(2)
+            .position(|mark| mark == [0xff, 0xc0])
+            .unwrap_or(0);
+        bytes[frame + 5..frame + 9].copy_from_slice(&[0x10, 0, 0x10, 0]);
+        let fault = read(&bytes, ImageFormat::Jpeg).err();
+        let Some(Fault::Content { found, .. }) = fault else {
+            unreachable!("{fault:?}");
+        };
+        assert!(
+            found.starts_with("is 4096 x 4096 pixels, most of which"),
+            "{found}"
+        );
+    }
 }
