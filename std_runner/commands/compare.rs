@@ -1,6 +1,6 @@
 //! `thurible compare SCENE`: the same scene by several methods, on one page.
 
-use super::options::{MethodList, Options};
+use super::options::{MethodList, Options, Overwriting};
 use crate::compare::{self, Comparison, publish, scenes_by_method};
 use crate::exit::Failure;
 use crate::interrupt::Interrupt;
@@ -24,6 +24,9 @@ pub struct CompareArguments {
     /// The common options.
     #[command(flatten)]
     pub options: Options,
+    /// What becomes of a page and results that are there.
+    #[command(flatten)]
+    pub overwriting: Overwriting,
     /// Where the page and a result folder for each method go [default: `output.folder` of the scene with _compare after it].
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
@@ -46,8 +49,14 @@ pub fn run(arguments: &CompareArguments) -> Result<u8, Failure> {
         .output
         .clone()
         .unwrap_or_else(|| beside(&scene.output.folder));
-    let mut page = publish::prepare(&folder, STEM)?;
-    publish::check_below(&folder, methods, &lineup.scenes, options.outputs.images)?;
+    let earlier = arguments.overwriting.earlier();
+    let mut page = publish::prepare(&folder, STEM, earlier)?;
+    publish::check_below(
+        (&folder, earlier),
+        methods,
+        &lineup.scenes,
+        options.outputs.images,
+    )?;
     let interrupt = Interrupt::listen()?;
     let comparison = Comparison::run(lineup, methods, &options, &folder, &interrupt)?;
     let name = arguments

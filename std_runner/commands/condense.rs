@@ -1,13 +1,13 @@
 //! `thurible condense PRESET|SCENE.toml`: an elastic body by coordinate condensation, Newton's method, and others.
 
-use super::options::Options;
+use super::options::{Options, Overwriting};
 use crate::condense::{self, Request, document, presets};
 use crate::console;
 use crate::exit::{DONE, Failure};
 use crate::plan::PlanOptions;
 use crate::problem::Precision;
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use toml::Value;
 
 /// Arguments of `condense`.
@@ -32,9 +32,12 @@ pub struct CondenseArguments {
     /// The common options.
     #[command(flatten)]
     pub options: Options,
-    /// Where the page and the result folders go.
-    #[arg(short, long, value_name = "DIR", default_value = "out/condense")]
-    pub output: PathBuf,
+    /// What becomes of a page and results that are there.
+    #[command(flatten)]
+    pub overwriting: Overwriting,
+    /// Where the page and the result folders go [default: out/ with the name of the scene, and _condense after it].
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
     /// Print the memory that it takes, to the byte, and do nothing.
     #[arg(long)]
     pub plan: bool,
@@ -51,7 +54,8 @@ pub fn run(arguments: &CondenseArguments) -> Result<u8, Failure> {
     let resources = &arguments.options.resources;
     let request = Request {
         document: document(scene, &changes(arguments), &arguments.options.set)?,
-        folder: arguments.output.clone(),
+        folder: arguments.output.clone().unwrap_or_else(|| folder_of(scene)),
+        earlier: arguments.overwriting.earlier(),
         options: PlanOptions {
             precision: resources.precision.unwrap_or(Precision::F64),
             ..arguments.options.plan()
@@ -63,6 +67,12 @@ pub fn run(arguments: &CondenseArguments) -> Result<u8, Failure> {
     } else {
         condense::run(&request)
     }
+}
+
+/// The folder of a scene or preset by its name.
+fn folder_of(scene: &str) -> PathBuf {
+    let name = Path::new(scene).file_stem().unwrap_or_default();
+    Path::new("out").join(format!("{}_condense", name.to_string_lossy()))
 }
 
 /// What options change of the scene: the option, the key, the value.

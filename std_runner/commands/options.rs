@@ -1,7 +1,7 @@
 //! Options that several commands share.
 
 use crate::checkpoint::{self, Every};
-use crate::destination::{put_in_order, refuse_result};
+use crate::destination::{Earlier, put_in_order};
 use crate::devices::{self, Searching};
 use crate::exit::Failure;
 use crate::plan::PlanOptions;
@@ -95,10 +95,12 @@ pub struct Overwriting {
 impl Overwriting {
     /// Refuses a folder whose result would be lost.
     pub(crate) fn check(&self, folder: &Path) -> Result<(), Failure> {
-        if self.force {
-            return Ok(());
-        }
-        refuse_result(folder, "-o DIR")
+        self.earlier().check(folder)
+    }
+
+    /// What becomes of it.
+    pub(crate) fn earlier(&self) -> Earlier {
+        Earlier::by(self.force)
     }
 }
 

@@ -1,6 +1,6 @@
 //! `thurible paper`: the scenes of the paper's Table 2 and figures, on one page beside the paper's own figures.
 
-use super::options::{MethodList, Options};
+use super::options::{MethodList, Options, Overwriting};
 use crate::bytes::rounded;
 use crate::compare::{Comparison, listed, publish};
 use crate::console;
@@ -41,6 +41,9 @@ pub struct PaperArguments {
     /// The common options.
     #[command(flatten)]
     pub options: Options,
+    /// What becomes of a page and results that are there.
+    #[command(flatten)]
+    pub overwriting: Overwriting,
     /// Where the page and the result folders go.
     #[arg(short, long, value_name = "DIR", default_value = "out/paper")]
     pub output: PathBuf,
@@ -58,10 +61,16 @@ pub fn run(arguments: &PaperArguments) -> Result<u8, Failure> {
     }
     let sections = selection.sections()?;
     let planned = selection.scenes(&sections, &arguments.output, &options)?;
-    let mut folder = publish::prepare(&arguments.output, STEM)?;
+    let earlier = arguments.overwriting.earlier();
+    let mut folder = publish::prepare(&arguments.output, STEM, earlier)?;
     planned.iter().try_for_each(|planned| {
         let images = options.outputs.images;
-        publish::check_below(&planned.folder, &planned.methods, &planned.lineup.scenes, images)
+        publish::check_below(
+            (&planned.folder, earlier),
+            &planned.methods,
+            &planned.lineup.scenes,
+            images,
+        )
     })?;
     let interrupt = Interrupt::listen()?;
     let mut solved = Vec::new();

@@ -1,6 +1,6 @@
 //! `thurible thesis`: our row beside every figure and table of Gregson's thesis, on one page.
 
-use super::options::{Options, Resources};
+use super::options::{Options, Overwriting, Resources};
 use crate::bytes::rounded;
 use crate::compare::publish;
 use crate::console;
@@ -37,6 +37,9 @@ pub struct ThesisArguments {
     /// Those of the machine.
     #[command(flatten)]
     pub resources: Resources,
+    /// What becomes of a page and results that are there.
+    #[command(flatten)]
+    pub overwriting: Overwriting,
     /// Where the page and the result folders go.
     #[arg(short, long, value_name = "DIR", default_value = "out/thesis")]
     pub output: PathBuf,
@@ -55,7 +58,7 @@ pub fn run(arguments: &ThesisArguments) -> Result<u8, Failure> {
         resources: arguments.resources.clone(),
         set: Vec::new(),
     };
-    let mut folder = publish::prepare(&arguments.output, STEM)?;
+    let mut folder = publish::prepare(&arguments.output, STEM, arguments.overwriting.earlier())?;
     let interrupt = Interrupt::listen()?;
     let mut bench = Bench::new(&options, arguments.scale, &arguments.output, &interrupt);
     let mut done: Vec<Done> = Vec::new();

@@ -1,7 +1,7 @@
 //! The folder of a page, and the page in it: shared by `compare`, `sweep`, `condense`, `paper` and `thesis`.
 
 use crate::console;
-use crate::destination::Destination;
+use crate::destination::{Destination, Earlier};
 use crate::exit::{FILE, Failure, INTERRUPTED};
 use crate::interrupt::Interrupt;
 use crate::output::{OutputError, write_bytes};
@@ -9,14 +9,22 @@ use crate::progress::{Display, Mode};
 use crate::report::{self, Document};
 use crate::scene::Scene;
 use serde_json::{Value, json};
+use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The folder of a page, marked as one of ours before anything is solved, so that an interrupted run can be repeated into it.
+/// The folder of a page, marked as one of ours before anything is solved, so that a run that was ended before there was a page can be repeated
+/// into it.
 ///
 /// # Errors
-/// As [`Destination::check`].
-pub(crate) fn prepare(folder: &Path, stem: &str) -> Result<Destination, Failure> {
+/// It holds a page that is not to be replaced, or as [`Destination::check`].
+pub(crate) fn prepare(folder: &Path, stem: &str, earlier: Earlier) -> Result<Destination, Failure> {
     let mark = mark(stem);
+    if earlier == Earlier::Refused && holds_page(&folder.join(&mark)) {
+        return Err(Failure::File(format!(
+            "{} holds a page already, {stem}.html: keep it and choose another folder with -o DIR, or write over it and the results below it with --force",
+            folder.display()
+        )));
+    }
     let names = ["json", "html", "md"].map(|kind| PathBuf::from(format!("{stem}.{kind}")));
     let mut page = Destination::check_for(folder, &mark, names.to_vec())?;
     if !page.folder().join(&mark).exists() {
@@ -24,6 +32,13 @@ pub(crate) fn prepare(folder: &Path, stem: &str) -> Result<Destination, Failure>
         page.add(|folder| write_bytes(&folder.join(&mark), empty.as_bytes()))?;
     }
     Ok(page)
+}
+
+/// Whether the facts of a page are in the file `mark`, and not the mark alone.
+fn holds_page(mark: &Path) -> bool {
+    let facts = fs::read(mark).unwrap_or_default();
+    let facts = serde_json::from_slice::<Value>(&facts).unwrap_or_default();
+    facts.get("format").is_some() && facts.as_object().is_some_and(|facts| facts.len() > 1)
 }
 
 /// Whether somebody has marked the folder so.
@@ -35,16 +50,18 @@ fn mark(stem: &str) -> String {
     format!("{stem}.json")
 }
 
-/// Refuses a folder for a method below `folder` that cannot hold the result of its scene.
+/// Refuses a folder for a method below `folder` that cannot hold the result of its scene, or holds one that is not to be replaced.
 pub(crate) fn check_below(
-    folder: &Path,
+    (folder, earlier): (&Path, Earlier),
     methods: &[String],
     scenes: &[Scene],
     images: bool,
 ) -> Result<(), Failure> {
     let check = |(name, scene): (&String, &Scene)| {
         let files = report::files(scene.time.steps, images);
-        Destination::check(&folder.join(name), files).map(drop)
+        let folder = folder.join(name);
+        Destination::check(&folder, files)?;
+        earlier.check(&folder)
     };
     methods.iter().zip(scenes).try_for_each(check)
 }

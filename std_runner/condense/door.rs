@@ -7,7 +7,7 @@ use super::planned::{planned, print_plan};
 use super::written;
 use crate::bytes;
 use crate::compare::publish;
-use crate::destination::Destination;
+use crate::destination::{Destination, Earlier};
 use crate::exit::{DONE, Failure, NOT_FINITE, STALLED};
 use crate::interrupt::Interrupt;
 use crate::plan::PlanOptions;
@@ -23,6 +23,7 @@ const STEM: &str = "condense";
 pub(crate) struct Request {
     pub document: Document,
     pub folder: PathBuf,
+    pub earlier: Earlier,
     pub options: PlanOptions,
     pub mode: Mode,
 }
@@ -51,10 +52,12 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
     // All is refused before anything is solved.
     let plans = cases.iter().map(|case| planned(case, &request.options));
     let plans = plans.collect::<Result<Vec<_>, _>>()?;
-    let mut folder = publish::prepare(&request.folder, STEM)?;
+    let mut folder = publish::prepare(&request.folder, STEM, request.earlier)?;
     for case in &cases {
         for variant in &case.variants {
-            Destination::check(&place(request, case, &variant.name), files())?;
+            let folder = place(request, case, &variant.name);
+            Destination::check(&folder, files())?;
+            request.earlier.check(&folder)?;
         }
     }
     let interrupt = Interrupt::listen()?;

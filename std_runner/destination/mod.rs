@@ -85,6 +85,30 @@ pub(crate) fn refuse_result(folder: &Path, others: &str) -> Result<(), Failure> 
     )))
 }
 
+/// What becomes of results and pages that are there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Earlier {
+    /// They are not written over.
+    Refused,
+    /// They are.
+    Replaced,
+}
+
+impl Earlier {
+    /// As `--force` has it.
+    pub(crate) fn by(force: bool) -> Self {
+        if force { Self::Replaced } else { Self::Refused }
+    }
+
+    /// Refuses a folder whose result would be lost.
+    pub(crate) fn check(self, folder: &Path) -> Result<(), Failure> {
+        match self {
+            Self::Refused => refuse_result(folder, "-o DIR"),
+            Self::Replaced => Ok(()),
+        }
+    }
+}
+
 /// A folder that a result may be written to.
 #[derive(Clone, Debug)]
 pub struct Destination {

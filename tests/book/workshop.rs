@@ -32,8 +32,8 @@ const THURIBLE: &str = r#"#!/usr/bin/env bash
 more=()
 case ${1-} in
     # Lines of a block are often alternatives, and may leave the same folder.
-    solve|simulate|guide) more=(--force) ;;
-    condense) [[ " $* " == *" --list "* ]] || more=(--set time.steps=1) ;;
+    solve|simulate|guide|compare|paper|thesis) more=(--force) ;;
+    condense) [[ " $* " == *" --list "* ]] || more=(--force --set time.steps=1) ;;
     render)
         [[ " $* " == *" --size "* ]] || more=(--size 96x96)
         [[ " $* " != *" --scale "* || " $* " == *" --steps "* ]] || more+=(--steps 0..1) ;;

@@ -193,7 +193,7 @@ fn two_methods_on_one_page() {
     {
         assert!(folder.join(picture).is_file(), "{picture} is missing");
     }
-    let again = run(&arguments);
+    let again = run(&[&arguments[..], &["--force"]].concat());
     assert_eq!(again.code, 0, "a second run into the same folder: {}", again.err);
 }
 

@@ -14,11 +14,9 @@ const LEFT: &str = "hold = [ { box = { min = [0, 0], max = [0, 1] } } ]";
 const METHODS: &str = "methods = [\"cc\"]";
 
 fn condense(folder: &Path, scene: &str, more: &[&str]) -> Ended {
-    run(&[
-        &["condense", scene, "--quiet", "-o", text(&folder.join("out"))],
-        more,
-    ]
-    .concat())
+    let out = folder.join("out");
+    let command = ["condense", scene, "--quiet", "--force", "-o", text(&out)];
+    run(&[&command, more].concat())
 }
 
 /// The folder of a scene that ends well.

@@ -120,6 +120,7 @@ fn a_page_of_the_papers_scenes() {
         "--quiet",
         "--set",
         "method.iterations=1",
+        "--force",
         "-o",
         out,
     ]);

@@ -268,28 +268,38 @@ fn paths_are_shown_without_detours() {
 fn pages_leave_what_is_not_theirs() {
     let folder = fresh_folder("pages");
     let (scene, out) = (scene(&folder), folder.join("out"));
-    let compare = || {
-        run(&[
-            "compare",
-            &scene,
-            "--methods",
-            "direct",
-            "--quiet",
-            "-o",
-            out.to_str().unwrap(),
-        ])
+    let compare = |more: &[&str]| {
+        let out = out.to_str().unwrap();
+        let command = ["compare", &scene, "--methods", "direct", "--quiet", "-o", out];
+        run(&[&command, more].concat())
     };
-    assert_eq!(compare().code, 0);
+    assert_eq!(compare(&[]).code, 0);
+    // A page is not written over, and neither is a result below what was ended before it had one.
+    let report = fs::read(out.join("direct/report.json")).unwrap();
+    let ended = compare(&[]);
+    assert!(
+        ended.code == 4 && ended.err.contains("holds a page already, compare.html"),
+        "{}",
+        ended.err
+    );
+    fs::write(out.join("compare.json"), "{\"format\":1}").unwrap();
+    let ended = compare(&[]);
+    assert!(
+        ended.code == 4 && ended.err.contains("direct holds a result already"),
+        "{}",
+        ended.err
+    );
+    assert_eq!(fs::read(out.join("direct/report.json")).unwrap(), report);
     for place in ["compare_pictures/mine.png", "direct/frames/mine.png"] {
         fs::write(out.join(place), "mine").unwrap();
     }
-    let ended = compare();
+    let ended = compare(&["--force"]);
     assert_eq!((ended.code, ended.err.as_str()), (0, ""));
     for place in ["compare_pictures/mine.png", "direct/frames/mine.png"] {
         assert_eq!(fs::read_to_string(out.join(place)).unwrap(), "mine");
     }
     fs::write(out.join("direct/manifest.json"), "mine").unwrap();
-    let ended = compare();
+    let ended = compare(&["--force"]);
     assert!(
         ended.code == 4 && ended.err.contains("direct/manifest.json is there"),
         "{}",

@@ -33,6 +33,7 @@ fn make(out: &Path, arguments: &[&str]) {
         "--threads",
         "1",
         "--quiet",
+        "--force",
         "-o",
         out.to_str().unwrap(),
     ];

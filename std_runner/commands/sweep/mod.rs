@@ -9,6 +9,7 @@ use super::resume;
 use crate::checkpoint::{self, Every};
 use crate::compare::publish;
 use crate::console;
+use crate::destination::Earlier;
 use crate::exit::{DONE, Failure};
 use crate::interrupt::Interrupt;
 use crate::progress::{Clock, Mode};
@@ -81,14 +82,15 @@ pub fn run(arguments: &SweepArguments) -> Result<u8, Failure> {
             ))
         })?;
         // The folder is marked as one of ours. Of jobs that begin together the first one does it.
-        if let Err(failure) = publish::prepare(&folder, STEM)
+        if let Err(failure) = publish::prepare(&folder, STEM, Earlier::Replaced)
             && !publish::is_marked(&folder, STEM)
         {
             return Err(failure);
         }
         return arguments.solve(run, &Interrupt::listen()?);
     }
-    let mut page = publish::prepare(&folder, STEM)?;
+    // Results that are there are left as they are, and the page tells of them anew.
+    let mut page = publish::prepare(&folder, STEM, Earlier::Replaced)?;
     let interrupt = Interrupt::listen()?;
     let mut worst = DONE;
     for run in &runs {
