@@ -4,6 +4,7 @@
 //! A line of [`COLUMNS`] numbers holds one element of half as many complex columns, real parts first. A pass by a prime p takes
 //! p / 2 multiplications a number, so a length with a large prime factor takes its time.
 
+use crate::grid::fourier::factor;
 use crate::grid::spectrum::COLUMNS;
 use crate::real::Real;
 use crate::simd::{Vector, vectorised};
@@ -20,31 +21,22 @@ pub fn transform<'b, T: Real>(
 ) -> (&'b mut [T], &'b mut [T]) {
     let (mut left, mut done) = (roots.len() / 2, 1);
     while left > 1 {
-        let factor = smallest_factor(left);
-        left /= factor;
-        match factor {
+        let by = factor(left);
+        left /= by;
+        match by {
             4 => by_four(from, to, roots, left, done),
             2 => by_two(from, to, roots, left, done),
+            3 => by_three(from, to, roots, left, done),
+            5 => by_five(from, to, roots, left, done),
             _ => {
-                fold_ends(from, factor);
-                by_prime(from, to, roots, factor, left, done);
+                fold_ends(from, by);
+                by_prime(from, to, roots, by, left, done);
             }
         }
-        done *= factor;
+        done *= by;
         core::mem::swap(&mut from, &mut to);
     }
     (from, to)
-}
-
-/// 4 or the smallest prime that divides `n`, which is above 1.
-fn smallest_factor(n: usize) -> usize {
-    if n.is_multiple_of(4) {
-        return 4;
-    }
-    (2..)
-        .take_while(|p| p * p <= n)
-        .find(|&p| n.is_multiple_of(p))
-        .unwrap_or(n)
 }
 
 /// A root of unity by its number.
@@ -98,7 +90,9 @@ vectorised! {
         let (Some(q0), Some(q1), Some(q2), Some(q3)) = (quarters.next(), quarters.next(), quarters.next(), quarters.next()) else { return };
         let inputs = q0.chunks_exact(len).zip(q1.chunks_exact(len)).zip(q2.chunks_exact(len)).zip(q3.chunks_exact(len));
         for ((p, out), (((x0, x1), x2), x3)) in to.chunks_exact_mut(4 * len).enumerate().zip(inputs) {
-            let [w1, w2, w3]: [[V; 2]; 3] = [1, 2, 3].map(|k| root(roots, k * p * done));
+            let w1: [V; 2] = root(roots, p * done);
+            let w2: [V; 2] = root(roots, 2 * p * done);
+            let w3: [V; 2] = root(roots, 3 * p * done);
             let (low, high) = out.split_at_mut(2 * len);
             let ((y0, y1), (y2, y3)) = (low.split_at_mut(len), high.split_at_mut(len));
             let lines = x0.chunks_exact(COLUMNS).zip(x1.chunks_exact(COLUMNS)).zip(x2.chunks_exact(COLUMNS)).zip(x3.chunks_exact(COLUMNS));
@@ -137,6 +131,81 @@ vectorised! {
     }
 }
 
+/// The pass by the odd number p = 2 `H` + 1: see [`by_four`]. With the sums s_j and differences d_j of x_j and x_(p-j), elements k and p - k of the
+/// short transform are x_0 + sum_j (s_j cos(2 pi j k / p) -+ i d_j sin(2 pi j k / p)), j from 1 to H.
+#[inline(always)]
+fn by_odd<T: Real, V: Vector<Elem = T>, const H: usize>(
+    from: &[T],
+    to: &mut [T],
+    roots: &[T],
+    left: usize,
+    done: usize,
+) {
+    let (factor, len) = (2 * H + 1, done * COLUMNS);
+    let part = left * len;
+    let nothing = [V::splat(T::ZERO); 2];
+    let mut short = [[nothing; H]; H];
+    for k in 0..H {
+        for j in 0..H {
+            short[k][j] = root(roots, (j + 1) * (k + 1) % factor * left * done);
+        }
+    }
+    for (p, out) in to.chunks_exact_mut(factor * len).enumerate() {
+        let mut turns = [[nothing; 2]; H];
+        for k in 0..H {
+            turns[k] = [
+                root(roots, (k + 1) * p * done),
+                root(roots, (2 * H - k) * p * done),
+            ];
+        }
+        for start in (0..len).step_by(COLUMNS) {
+            let at = p * len + start;
+            for lane in (0..COMPLEX).step_by(V::LANES) {
+                let first: [V; 2] = read(&from[at..], lane);
+                let (mut sums, mut differences, mut whole) = ([nothing; H], [nothing; H], first);
+                for j in 0..H {
+                    let low: [V; 2] = read(&from[(j + 1) * part + at..], lane);
+                    let high: [V; 2] = read(&from[(2 * H - j) * part + at..], lane);
+                    (sums[j], differences[j]) = (add(low, high), sub(low, high));
+                    whole = add(whole, sums[j]);
+                }
+                write(whole, &mut out[start..], lane);
+                for k in 0..H {
+                    let (mut even, mut odd) = (first, nothing);
+                    for j in 0..H {
+                        let ([cosine, sine], [s, d]) = (short[k][j], [sums[j], differences[j]]);
+                        even = add(even, [cosine * s[0], cosine * s[1]]);
+                        odd = sub(odd, [sine * d[0], sine * d[1]]);
+                    }
+                    let odd = turned(odd);
+                    write(
+                        times(add(even, odd), turns[k][0]),
+                        &mut out[(k + 1) * len + start..],
+                        lane,
+                    );
+                    write(
+                        times(sub(even, odd), turns[k][1]),
+                        &mut out[(2 * H - k) * len + start..],
+                        lane,
+                    );
+                }
+            }
+        }
+    }
+}
+
+vectorised! {
+    fn by_three[T, V](from: &[T], to: &mut [T], roots: &[T], left: usize, done: usize) {
+        by_odd::<T, V, 1>(from, to, roots, left, done);
+    }
+}
+
+vectorised! {
+    fn by_five[T, V](from: &[T], to: &mut [T], roots: &[T], left: usize, done: usize) {
+        by_odd::<T, V, 2>(from, to, roots, left, done);
+    }
+}
+
 vectorised! {
     /// Of an odd number of parts, the second and the last become their sum and their difference, the third and the last but one, and so on.
     fn fold_ends[T, V](values: &mut [T], parts: usize) {
@@ -164,7 +233,8 @@ vectorised! {
         for (p, out) in to.chunks_exact_mut(prime * len).enumerate() {
             for k in 0..=prime / 2 {
                 let mirrored = if k == 0 { 0 } else { prime - k };
-                let [w, v]: [[V; 2]; 2] = [k, mirrored].map(|k| root(roots, p * k * done));
+                let w: [V; 2] = root(roots, p * k * done);
+                let v: [V; 2] = root(roots, p * mirrored * done);
                 for start in (0..len).step_by(COLUMNS) {
                     for lane in (0..COMPLEX).step_by(<V as Vector>::LANES) {
                         let at = p * len + start;
@@ -173,8 +243,8 @@ vectorised! {
                         for j in 1..=prime / 2 {
                             let [cosine, sine]: [V; 2] = root(roots, j * k % prime * left * done);
                             let [s, d]: [[V; 2]; 2] = [read(line(j, at), lane), read(line(prime - j, at), lane)];
-                            even = add(even, s.map(|s| cosine * s));
-                            odd = sub(odd, d.map(|d| sine * d));
+                            even = add(even, [cosine * s[0], cosine * s[1]]);
+                            odd = sub(odd, [sine * d[0], sine * d[1]]);
                         }
                         let odd = turned(odd);
                         write(times(add(even, odd), w), &mut out[k * len + start..], lane);

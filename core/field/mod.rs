@@ -2,9 +2,9 @@
 
 pub mod beside;
 pub mod borders;
+mod fast_axis;
 mod folds;
 mod fourier;
-mod long_axis;
 pub mod means;
 pub mod rows;
 pub mod slot;

@@ -3,11 +3,11 @@
 //! Axes but the first are transformed in panels of columns, the first in groups of rows. Both are products of small matrices that
 //! stay in the nearest cache.
 
+use super::fast_axis;
 use super::folds::{fold, fold_row, unfold_row};
-use super::long_axis;
 use crate::exec::{self, Exec, for_panels};
 use crate::grid::Grid;
-use crate::grid::spectrum::{COLUMNS, LONGEST, Modes, PARITIES, Parity, Spectrum, TOGETHER};
+use crate::grid::spectrum::{COLUMNS, Modes, PARITIES, Parity, Spectrum, TOGETHER, is_fast};
 use crate::real::Real;
 use crate::simd::{Vector, vectorised};
 use core::ops::Range;
@@ -20,7 +20,7 @@ const PANEL: usize = 2 * COLUMNS;
 pub fn scratch_len(grid: &Grid) -> usize {
     let grid = grid.whole();
     let of_axis = |axis: usize| match (grid.n[axis], axis) {
-        (n, _) if n > LONGEST => long_axis::scratch_len(n),
+        (n, _) if is_fast(grid.axis(axis)) => fast_axis::scratch_len(n),
         (n, 0) => TOGETHER * (n + padded(n)),
         (n, _) => 2 * n * PANEL,
     };
@@ -105,8 +105,8 @@ pub(super) fn along_columns<T: Real>(
             [n, width, COLUMNS],
             scratch,
             |columns, scratch| match direction {
-                Direction::Analysis => long_axis::analyse_columns(fourier, columns, scratch),
-                Direction::Synthesis => long_axis::synthesise_columns(fourier, columns, scratch),
+                Direction::Analysis => fast_axis::analyse_columns(fourier, columns, scratch),
+                Direction::Synthesis => fast_axis::synthesise_columns(fourier, columns, scratch),
             },
         );
     }
@@ -227,7 +227,7 @@ fn along_rows<T: Real>(
             };
             let rows = group.row_mut(0);
             match &modes.fourier {
-                Some(fourier) => long_axis::along_rows(fourier, rows, scratch, symbol),
+                Some(fourier) => fast_axis::along_rows(fourier, rows, scratch, symbol),
                 None => along_short_rows(modes, rows, scratch, symbol),
             }
         },

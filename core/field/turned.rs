@@ -5,7 +5,7 @@
 //! slabs -> columns, along the last axis -> planes, along the others, the symbol, back -> columns, back along the last -> slabs
 //! ```
 //!
-//! Columns and planes are dealt out anew for that: where an axis is longer than [`LONGEST`], 32 of what is transformed together stay together.
+//! Columns and planes are dealt out anew for that: along an axis with a [fast transform](is_fast), 32 of what is transformed together stay together.
 
 use super::borders;
 use super::transform::{Direction, along_columns, multiply_along};
@@ -13,7 +13,7 @@ use crate::exec::ranks::{Ranks, swap};
 use crate::exec::{Exec, RowBuffers, Serial, for_rows};
 use crate::field::rows::{part, part_mut};
 use crate::grid::Grid;
-use crate::grid::spectrum::{COLUMNS, LONGEST, Spectrum};
+use crate::grid::spectrum::{COLUMNS, Spectrum, is_fast};
 use crate::memory::Pool;
 use crate::memory::part::cut;
 use crate::real::Real;
@@ -60,16 +60,25 @@ impl Deal {
         self.whole.n.iter().take(self.whole.dims - 1).product()
     }
 
+    /// Whether an axis has a fast transform.
+    fn is_fast(&self, axis: usize) -> bool {
+        is_fast(self.whole.axis(axis))
+    }
+
     /// The columns of a rank along the last axis.
     fn columns(&self, rank: usize) -> Range<usize> {
-        let unit = if self.whole.planes() > LONGEST { COLUMNS } else { 1 };
+        let unit = if self.is_fast(self.whole.dims - 1) {
+            COLUMNS
+        } else {
+            1
+        };
         cut(self.width(), unit, rank, self.ranks)
     }
 
     /// The planes of a rank while it transforms along the other axes.
     fn planes(&self, rank: usize) -> Range<usize> {
         let rows = self.whole.rows_per_plane();
-        let unit = if self.whole.n[0] > LONGEST {
+        let unit = if self.is_fast(0) {
             (1..=COLUMNS)
                 .find(|planes| (planes * rows).is_multiple_of(COLUMNS))
                 .unwrap_or(COLUMNS)

@@ -4,11 +4,11 @@
 //! lambda phi with lambda = 4 sin^2(pi k / 2 n) / h^2 or 4 sin^2(pi m / n) / h^2 (Strang 1999, The Discrete Cosine Transform).
 //! Any symmetric filter that is the same everywhere and is mirrored at walls has them too, such as the Gaussians of the metric.
 //!
-//! Each eigenvector is even or odd about the middle of the axis, so a transform is two products with matrices of half the size.
-//! Up to [`LONGEST`] cells these matrices stay in the caches and are as fast as a fast transform, for any length. Longer axes have a
-//! [fast transform](super::fourier) to the same coefficients. Those of axes with open sides have no such symmetry: [`open_modes`].
+//! Each eigenvector is even or odd about the middle of the axis, so a transform is two products with matrices of half the size. Where it
+//! takes less time, and along axes of more than [`LONGEST`] cells, a [fast transform](super::fourier) leads to the same coefficients
+//! ([`is_fast`]). The eigenvectors of axes with open sides have no such symmetry: [`open_modes`].
 
-use super::fourier::Fourier;
+use super::fourier::{self, Fourier};
 use super::gaussian::{ANGLES, Gaussian};
 pub use super::parity::{PARITIES, Parity};
 use super::{Axis, Grid, open_modes};
@@ -18,6 +18,13 @@ use crate::real::Real;
 pub const LONGEST: usize = 256;
 /// The most cells inside along an axis with an open side, of which the layers outside are among those of [`LONGEST`].
 pub const MOST_OPEN: usize = LONGEST - 2;
+/// Whether an axis has a fast transform, and no matrices.
+#[must_use]
+pub fn is_fast(axis: Axis) -> bool {
+    let n = axis.cells();
+    n > LONGEST || open_modes::folds(axis) && fourier::pays(n)
+}
+
 /// The rows of the left matrix that a product of matrices takes at a time.
 pub const TOGETHER: usize = 4;
 /// The columns of the right matrix are a multiple of this: two of the widest vectors.
@@ -116,7 +123,7 @@ pub struct Modes<'m, T> {
     first: bool,
     /// Whether each is even or odd about the middle: see [`open_modes::folds`].
     pub folds: bool,
-    /// The tables of a long axis, which has no matrices.
+    /// The tables of a fast transform, beside which there are no matrices.
     pub fourier: Option<Fourier<'m, T>>,
     matrices: &'m [T],
     /// Eigenvalues of -div grad, of even eigenvectors first.
@@ -144,10 +151,10 @@ fn matrices_len(axis: Axis, first: bool) -> usize {
 
 /// The length of the matrices or the tables of an axis.
 fn own_len<T: Real>(axis: Axis, first: bool) -> usize {
-    if axis.cells() <= LONGEST {
-        matrices_len(axis, first)
-    } else {
+    if is_fast(axis) {
         Fourier::<T>::len(axis.cells())
+    } else {
+        matrices_len(axis, first)
     }
 }
 
@@ -156,29 +163,37 @@ fn fill_axis<T: Real>(grid: &Grid, filters: usize, axis: usize, values: &mut [T]
     let n = grid.n[axis];
     let (own, rest) = values.split_at_mut(own_len::<T>(grid.axis(axis), axis == 0));
     let (eigenvalues, blurs) = rest.split_at_mut(n);
-    let blurs = (1..=filters).zip(blurs.chunks_exact_mut(n));
-    if n <= LONGEST {
+    if is_fast(grid.axis(axis)) {
+        Fourier::fill(grid.axis(axis), own);
+        fill_eigenvalues(grid, axis, eigenvalues);
+    } else {
         fill_matrices(grid, axis, own, eigenvalues);
-        // Between open sides the Gaussians have other eigenvectors: every tap is added.
-        let known = if open_modes::folds(grid.axis(axis)) {
-            filters
-        } else {
-            0
-        };
-        return blurs
-            .take(known)
-            .for_each(|(j, factors)| fill_blur(grid.axis(axis), j, factors));
     }
-    Fourier::fill(grid.axis(axis), own);
+    // Between open sides the Gaussians have other eigenvectors: every tap is added.
+    let known = if open_modes::folds(grid.axis(axis)) {
+        filters
+    } else {
+        0
+    };
+    for (j, factors) in (1..=known).zip(blurs.chunks_exact_mut(n)) {
+        if n > LONGEST {
+            fill_long_blur(grid.axis(axis), j, factors);
+        } else {
+            fill_blur(grid.axis(axis), j, factors);
+        }
+    }
+}
+
+/// Fills the eigenvalues of an axis that has no matrices.
+fn fill_eigenvalues<T: Real>(grid: &Grid, axis: usize, eigenvalues: &mut [T]) {
     let squared = grid.h[axis] * grid.h[axis];
     let all = PARITIES
         .into_iter()
-        .flat_map(|parity| (0..parity.count(n)).map(move |k| (parity, k)));
+        .flat_map(|parity| (0..parity.count(grid.n[axis])).map(move |k| (parity, k)));
     for (eigenvalue, (parity, k)) in eigenvalues.iter_mut().zip(all) {
         let (_, times_squared) = eigenvector(grid.axis(axis), parity, k, 0);
         *eigenvalue = T::from_f64(times_squared / squared);
     }
-    blurs.for_each(|(j, factors)| fill_long_blur(grid.axis(axis), j, factors));
 }
 
 /// Fills the matrices of an axis and its eigenvalues.
@@ -297,13 +312,13 @@ impl<'m, T: Real> Spectrum<'m, T> {
             let first = axis == 0;
             let (own, rest) = these.split_at(own_len::<T>(grid.axis(axis), first));
             let (eigenvalues, blurs) = rest.split_at(n);
-            let long = n > LONGEST;
+            let fast = is_fast(grid.axis(axis));
             *known = Modes {
                 n,
                 first,
                 folds: open_modes::folds(grid.axis(axis)),
-                fourier: long.then(|| Fourier::view(grid.axis(axis), own)),
-                matrices: if long { &[] } else { own },
+                fourier: fast.then(|| Fourier::view(grid.axis(axis), own)),
+                matrices: if fast { &[] } else { own },
                 eigenvalues,
                 blurs,
             };

@@ -184,10 +184,14 @@ pub trait Vector:
     fn put(self, to: &mut [Self::Elem], index: usize) {
         self.store(&mut to[index..]);
     }
-    /// The first and the second value of each pair of `from`, which must have `LANES` pairs; pair `i` goes to
-    /// lane [`Self::PAIRED`]`[i]`.
-    fn load_pairs(from: &[Self::Elem]) -> [Self; 2];
-    /// The order of [`Self::load_pairs`], its own inverse.
+    /// The first and the second value of each pair of the values of `self` and then `other`; pair `i` goes to lane [`Self::PAIRED`]`[i]`.
+    fn pairs(self, other: Self) -> [Self; 2];
+    /// [`Self::pairs`] of the first `2 LANES` values of `from`, which must have as many.
+    #[inline(always)]
+    fn load_pairs(from: &[Self::Elem]) -> [Self; 2] {
+        Self::at(from, 0).pairs(Self::at(from, Self::LANES))
+    }
+    /// The order of [`Self::pairs`], its own inverse.
     const PAIRED: &'static [usize] = &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
     /// Moves what is in lane [`Self::PAIRED`]`[i]` to lane `i`.
     #[inline(always)]

@@ -22,8 +22,8 @@ macro_rules! single {
                 to[0] = self;
             }
             #[inline(always)]
-            fn load_pairs(from: &[$t]) -> [Self; 2] {
-                [from[0], from[1]]
+            fn pairs(self, other: Self) -> [Self; 2] {
+                [self, other]
             }
             #[inline(always)]
             fn recip(self) -> Self {
@@ -110,12 +110,9 @@ macro_rules! plain {
                 to[..4].copy_from_slice(&self.0);
             }
             #[inline(always)]
-            fn load_pairs(from: &[$t]) -> [Self; 2] {
-                let from = &from[..8];
-                [
-                    Self([from[0], from[2], from[4], from[6]]),
-                    Self([from[1], from[3], from[5], from[7]]),
-                ]
+            fn pairs(self, other: Self) -> [Self; 2] {
+                let (Self([a, b, c, d]), Self([e, f, g, h])) = (self, other);
+                [Self([a, c, e, g]), Self([b, d, f, h])]
             }
             #[inline(always)]
             fn recip(self) -> Self {

@@ -71,10 +71,9 @@ macro_rules! vector {
                 unsafe { $store(to.as_mut_ptr(), self.0) }
             }
             #[inline(always)]
-            fn load_pairs(from: &[$t]) -> [Self; 2] {
-                let from = &from[..2 * $lanes];
-                // SAFETY: `from` has `2 LANES` values.
-                let [even, odd] = unsafe { $pairs($load(from.as_ptr()), $load(from.as_ptr().add($lanes))) };
+            fn pairs(self, other: Self) -> [Self; 2] {
+                // SAFETY: as in `add`.
+                let [even, odd] = unsafe { $pairs(self.0, other.0) };
                 [Self(even), Self(odd)]
             }
             $(const PAIRED: &'static [usize] = &$paired;

@@ -103,11 +103,12 @@ fn agrees<T: Real>(n: usize, ring: bool, along_x: bool) {
     }
 }
 
-/// Lengths on both sides of the longest axis with matrices: powers of two, of primes, with a large prime, primes.
+/// Lengths with matrices and without: powers of two, of primes, with a large prime, primes; on both sides of the longest one with matrices.
 #[test]
 fn transforms_are_those_of_the_eigenvectors() {
     for n in [
-        30, 33, 256, 257, 258, 270, 300, 343, 512, 514, 625, 729, 1000, 1021, 2048,
+        30, 32, 33, 36, 45, 60, 64, 77, 78, 97, 100, 128, 130, 200, 243, 245, 251, 256, 257, 258, 270, 300,
+        343, 512, 514, 625, 729, 1000, 1021, 2048,
     ] {
         for (ring, along_x) in [(false, true), (true, true), (false, false), (true, false)] {
             agrees::<f64>(n, ring, along_x);

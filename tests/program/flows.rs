@@ -190,7 +190,10 @@ fn smoke_is_carried_again_by_its_flow() {
     assert!(history.iter().all(|step| apart(step) < 0.08), "{history:?}");
     assert!(apart(&history[11]) > 1e-4, "{}", history[11]);
     assert_eq!(array(&once, "density").0, [13, 32, 24]);
-    assert_eq!(array(&once, "velocity_x"), array(&result, "velocity_x"));
+    // Projected once more, which changes rounding errors alone.
+    let [(shape, flow), (_, given)] = [&once, &result].map(|folder| array(folder, "velocity_x"));
+    assert_eq!((shape, flow.len()), (vec![12, 32, 25], given.len()));
+    assert!(flow.iter().zip(&given).all(|(x, y)| (x - y).abs() < 1e-16));
     let mass = |folder: &Path, step: usize, cells: usize| {
         let (_, values) = array(folder, "density");
         values[step * cells..(step + 1) * cells].iter().sum::<f64>()

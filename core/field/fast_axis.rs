@@ -1,4 +1,4 @@
-//! Axes that are too long for matrices: their coefficients in the eigenvectors by a [Fourier transform](super::fourier), [`COLUMNS`] columns or
+//! Axes with a fast transform: their coefficients in the eigenvectors by a [Fourier transform](super::fourier), [`COLUMNS`] columns or
 //! rows at a time. Two of them, a and b, are one complex column a + i b (the tables' formulas are in [`Fourier`]).
 
 use super::fourier::{COMPLEX, transform};
@@ -15,14 +15,13 @@ pub const fn scratch_len(n: usize) -> usize {
     2 * n * COLUMNS
 }
 
-/// Cells of a row that are copied at a time, a line of the caches or two.
-const TILE: usize = 16;
-
 /// From the values of an axis but the first to its coefficients, in place, of at most [`COLUMNS`] columns.
 pub fn analyse_columns<T: Real>(fourier: &Fourier<'_, T>, mut slab: Panel<'_, T>, scratch: &mut [T]) {
     let (from, to) = halves(fourier, scratch);
     let count = slab.count();
-    from.fill(T::ZERO);
+    if count < COLUMNS {
+        from.fill(T::ZERO);
+    }
     for i in 0..slab.rows() {
         line_mut(from, fourier.sorted(i))[..count].copy_from_slice(slab.row(i));
     }
@@ -37,7 +36,9 @@ pub fn analyse_columns<T: Real>(fourier: &Fourier<'_, T>, mut slab: Panel<'_, T>
 pub fn synthesise_columns<T: Real>(fourier: &Fourier<'_, T>, mut slab: Panel<'_, T>, scratch: &mut [T]) {
     let (from, to) = halves(fourier, scratch);
     let count = slab.count();
-    from.fill(T::ZERO);
+    if count < COLUMNS {
+        from.fill(T::ZERO);
+    }
     for i in 0..slab.rows() {
         line_mut(from, i)[..count].copy_from_slice(slab.row(i));
     }
@@ -45,9 +46,10 @@ pub fn synthesise_columns<T: Real>(fourier: &Fourier<'_, T>, mut slab: Panel<'_,
     let (found, _) = transform(fourier.roots, to, from);
     for i in 0..slab.rows() {
         let (imaginary, real) = line(found, fourier.sorted(i)).split_at(COMPLEX);
-        let values = real.iter().chain(imaginary);
-        let row = slab.row_mut(i).iter_mut();
-        row.zip(values).for_each(|(out, &value)| *out = value);
+        let row = slab.row_mut(i);
+        let (low, high) = row.split_at_mut(count.min(COMPLEX));
+        low.copy_from_slice(&real[..low.len()]);
+        high.copy_from_slice(&imaginary[..high.len()]);
     }
 }
 
@@ -61,20 +63,19 @@ pub fn along_rows<T: Real>(
     let n = fourier.cells();
     let (from, to) = halves(fourier, scratch);
     from.fill(T::ZERO);
-    rows_to_lines(n, rows, from, |i| fourier.sorted(i));
+    rows_to_lines(n, rows, from, Some(fourier));
     let (found, coefficients) = transform(fourier.roots, from, to);
     separate(fourier, found, coefficients);
-    lines_to_rows(n, coefficients, &mut found[..rows.len()], |i| i, |row| row);
+    lines_to_rows(n, coefficients, &mut found[..rows.len()], None, 0);
     let pairs = found.chunks_exact(n).zip(coefficients.chunks_exact_mut(n));
     for (row, (old, new)) in pairs.enumerate().take(rows.len() / n) {
         symbol(row, 0..n, old, new);
     }
     found.fill(T::ZERO);
-    rows_to_lines(n, &coefficients[..rows.len()], found, |i| i);
+    rows_to_lines(n, &coefficients[..rows.len()], found, None);
     unite(fourier, found, coefficients);
     let (values, _) = transform(fourier.roots, coefficients, found);
-    let swapped = |row: usize| (row + COMPLEX) % COLUMNS;
-    lines_to_rows(n, values, rows, |i| fourier.sorted(i), swapped);
+    lines_to_rows(n, values, rows, Some(fourier), COMPLEX);
 }
 
 /// The two panels of scratch.
@@ -94,32 +95,89 @@ fn line_mut<T>(panel: &mut [T], i: usize) -> &mut [T] {
     &mut panel[i * COLUMNS..][..COLUMNS]
 }
 
-/// Cell i of each row to line `place(i)`.
-fn rows_to_lines<T: Real>(n: usize, rows: &[T], lines: &mut [T], place: impl Fn(usize) -> usize) {
-    for start in (0..n).step_by(TILE) {
-        for (column, row) in rows.chunks_exact(n).enumerate() {
-            for (i, &value) in (start..).zip(row[start..].iter().take(TILE)) {
-                lines[place(i) * COLUMNS + column] = value;
+/// The most lanes of a vector.
+const LANES: usize = 16;
+
+/// The transpose of the first `LANES` of `lines`, by taking pairs apart: each time the lowest bit of a value's place becomes the highest one.
+#[inline(always)]
+fn transpose<V: Vector>(mut lines: [V; LANES]) -> [V; LANES] {
+    let half = V::LANES / 2;
+    for _ in 0..V::LANES.trailing_zeros() {
+        let mut turned = lines;
+        for i in 0..half {
+            let [even, odd] = lines[2 * i].pairs(lines[2 * i + 1]);
+            turned[i] = even.unpaired();
+            turned[half + i] = odd.unpaired();
+        }
+        lines = turned;
+    }
+    lines
+}
+
+vectorised! {
+    /// Cell i of each row to line i, or where the tables sort it.
+    fn rows_to_lines[T, V](n: usize, rows: &[T], lines: &mut [T], sorted: Option<&Fourier<'_, T>>) {
+        let lanes = <V as Vector>::LANES;
+        let count = rows.len() / n;
+        let (across, along) = (count / lanes * lanes, n / lanes * lanes);
+        for start in (0..along).step_by(lanes) {
+            for column in (0..across).step_by(lanes) {
+                let mut tile = [V::splat(T::ZERO); LANES];
+                let rows = &rows[column * n + start..];
+                for j in 0..lanes {
+                    tile[j] = V::at(rows, j * n);
+                }
+                let tile = transpose(tile);
+                for i in 0..lanes {
+                    tile[i].put(lines, place(sorted, start + i) + column);
+                }
+            }
+        }
+        for i in 0..n {
+            let line = &mut lines[place(sorted, i)..];
+            for column in if i < along { across } else { 0 }..count {
+                line[column] = rows[column * n + i];
             }
         }
     }
 }
 
-/// Column `column(row)` of line `place(i)` to cell i of each row.
-fn lines_to_rows<T: Real>(
-    n: usize,
-    lines: &[T],
-    rows: &mut [T],
-    place: impl Fn(usize) -> usize,
-    column: impl Fn(usize) -> usize,
-) {
-    for start in (0..n).step_by(TILE) {
-        for (row, values) in rows.chunks_exact_mut(n).enumerate() {
-            for (i, value) in (start..).zip(values[start..].iter_mut().take(TILE)) {
-                *value = lines[place(i) * COLUMNS + column(row)];
+vectorised! {
+    /// The inverse of [`rows_to_lines`]; row j is in column j, or j + `shift` modulo [`COLUMNS`], a multiple of the lanes.
+    fn lines_to_rows[T, V](n: usize, lines: &[T], rows: &mut [T], sorted: Option<&Fourier<'_, T>>, shift: usize) {
+        let lanes = <V as Vector>::LANES;
+        let count = rows.len() / n;
+        let (across, along) = (count / lanes * lanes, n / lanes * lanes);
+        for start in (0..along).step_by(lanes) {
+            for row in (0..across).step_by(lanes) {
+                let mut tile = [V::splat(T::ZERO); LANES];
+                for i in 0..lanes {
+                    tile[i] = V::at(lines, place(sorted, start + i) + (row + shift) % COLUMNS);
+                }
+                let tile = transpose(tile);
+                let rows = &mut rows[row * n + start..];
+                for j in 0..lanes {
+                    tile[j].put(rows, j * n);
+                }
+            }
+        }
+        for i in 0..n {
+            let line = &lines[place(sorted, i)..];
+            for row in if i < along { across } else { 0 }..count {
+                rows[row * n + i] = line[(row + shift) % COLUMNS];
             }
         }
     }
+}
+
+/// Where line i begins, or the one to which the tables sort cell i.
+#[inline(always)]
+fn place<T: Real>(sorted: Option<&Fourier<'_, T>>, i: usize) -> usize {
+    COLUMNS
+        * match sorted {
+            Some(fourier) => fourier.sorted(i),
+            None => i,
+        }
 }
 
 /// The coefficients of both columns from their common Fourier transform.
