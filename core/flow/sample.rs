@@ -56,17 +56,44 @@ impl<T: Real> Four<T> {
         let i = floor(x);
         let first = i - 1;
         let together = first >= 0 && first + 4 <= axis.cells() as isize;
-        let cells = core::array::from_fn(|k| {
-            if together {
-                first as usize + k
+        let mut cells = [0; 4];
+        for (cell, place) in cells.iter_mut().zip(first..) {
+            *cell = if together {
+                place as usize
             } else {
-                axis.mirrored(first + k as isize)
-            }
-        });
+                axis.mirrored(place)
+            };
+        }
+        let [a, b, c, d] = weights(x - i as f64);
         Self {
             cells,
-            weights: weights(x - i as f64).map(T::from_f64),
+            weights: [T::from_f64(a), T::from_f64(b), T::from_f64(c), T::from_f64(d)],
             together,
+        }
+    }
+
+    /// The sum of four values, each with its weight.
+    #[inline(always)]
+    fn sum(&self, [a, b, c, d]: [T; 4]) -> T {
+        let [w0, w1, w2, w3] = self.weights;
+        (w0 * a + w1 * b) + (w2 * c + w3 * d)
+    }
+
+    /// The value at the place in the row of `field` that begins at `start`.
+    #[inline(always)]
+    fn in_row(&self, field: &[T], start: usize) -> T {
+        let [a, b, c, d] = self.cells;
+        if !self.together {
+            return self.sum([
+                at(field, start + a),
+                at(field, start + b),
+                at(field, start + c),
+                at(field, start + d),
+            ]);
+        }
+        match field.get(start + a..start + a + 4) {
+            Some(&[a, b, c, d]) => self.sum([a, b, c, d]),
+            _ => T::ZERO,
         }
     }
 }
@@ -78,36 +105,34 @@ fn at<T: Real>(field: &[T], index: usize) -> T {
 }
 
 /// Catmull-Rom interpolation of a field of cells at a place, mirrored at walls.
+///
+/// Here and below sums are written out: closures of this size over four values are called one by one.
 #[inline(always)]
 pub fn cubic<T: Real>(grid: &Grid, field: &[T], place: [f64; 3]) -> T {
     let [nx, ny, _] = grid.n;
     let x = Four::<T>::new(grid.axis(0), place[0]);
     let y = Four::<T>::new(grid.axis(1), place[1]);
-    let along_row = |start: usize| {
-        let values = if x.together {
-            let first = start + x.cells[0];
-            match field.get(first..first + 4) {
-                Some(&[a, b, c, d]) => [a, b, c, d],
-                _ => [T::ZERO; 4],
-            }
-        } else {
-            x.cells.map(|cell| at(field, start + cell))
-        };
-        let [w0, w1, w2, w3] = x.weights;
-        (w0 * values[0] + w1 * values[1]) + (w2 * values[2] + w3 * values[3])
-    };
-    let plane = |z: usize| {
-        let [a, b, c, d] = y.cells.map(|row| along_row((z * ny + row) * nx));
-        let [w0, w1, w2, w3] = y.weights;
-        (w0 * a + w1 * b) + (w2 * c + w3 * d)
-    };
+    let [a, b, c, d] = y.cells;
     if grid.dims == 2 {
-        return plane(0);
+        return y.sum([
+            x.in_row(field, a * nx),
+            x.in_row(field, b * nx),
+            x.in_row(field, c * nx),
+            x.in_row(field, d * nx),
+        ]);
     }
     let z = Four::<T>::new(grid.axis(2), place[2]);
-    let [a, b, c, d] = z.cells.map(plane);
-    let [w0, w1, w2, w3] = z.weights;
-    (w0 * a + w1 * b) + (w2 * c + w3 * d)
+    let mut planes = [T::ZERO; 4];
+    for (plane, z) in planes.iter_mut().zip(z.cells) {
+        let first = z * ny;
+        *plane = y.sum([
+            x.in_row(field, (first + a) * nx),
+            x.in_row(field, (first + b) * nx),
+            x.in_row(field, (first + c) * nx),
+            x.in_row(field, (first + d) * nx),
+        ]);
+    }
+    z.sum(planes)
 }
 
 /// Two samples along an axis, `None` where there stands 0, and the weight of the second.
@@ -145,39 +170,44 @@ impl Two {
 /// Linear interpolation of the component along `own` of a field of faces at a place, clamped to the outermost samples at walls.
 #[inline(always)]
 pub fn linear<T: Real>(grid: &Grid, field: &[T], own: usize, place: [f64; 3]) -> f64 {
-    let [nx, ny, _] = grid.n;
     let x = Two::new(grid.axis(0), place[0], own == 0);
     let y = Two::new(grid.axis(1), place[1], own == 1);
-    let along_row = |start: usize| {
-        let [a, b] = x
-            .places
-            .map(|cell| cell.map_or(0.0, |cell| at(field, start + cell).to_f64()));
-        a + x.t * (b - a)
-    };
-    let plane = |z: usize| {
-        let [a, b] = y
-            .places
-            .map(|row| row.map_or(0.0, |row| along_row((z * ny + row) * nx)));
-        a + y.t * (b - a)
-    };
     if grid.dims == 2 {
-        return plane(0);
+        return in_plane(grid, field, [x, y], 0);
     }
     let z = Two::new(grid.axis(2), place[2], own == 2);
-    let [a, b] = z.places.map(|z| z.map_or(0.0, plane));
+    let a = z.places[0].map_or(0.0, |z| in_plane(grid, field, [x, y], z));
+    let b = z.places[1].map_or(0.0, |z| in_plane(grid, field, [x, y], z));
     a + z.t * (b - a)
+}
+
+/// The value at a place in plane `z`.
+#[inline(always)]
+fn in_plane<T: Real>(grid: &Grid, field: &[T], [x, y]: [Two; 2], z: usize) -> f64 {
+    let [nx, ny, _] = grid.n;
+    let a = y.places[0].map_or(0.0, |row| in_row(field, x, (z * ny + row) * nx));
+    let b = y.places[1].map_or(0.0, |row| in_row(field, x, (z * ny + row) * nx));
+    a + y.t * (b - a)
+}
+
+/// The value at a place in the row that begins at `start`.
+#[inline(always)]
+fn in_row<T: Real>(field: &[T], x: Two, start: usize) -> f64 {
+    let a = x.places[0].map_or(0.0, |cell| at(field, start + cell).to_f64());
+    let b = x.places[1].map_or(0.0, |cell| at(field, start + cell).to_f64());
+    a + x.t * (b - a)
 }
 
 /// The flow at a place.
 #[inline(always)]
 pub fn velocity<T: Real>(grid: &Grid, v: Vector<'_, T>, place: [f64; 3]) -> [f64; 3] {
-    core::array::from_fn(|axis| {
-        if axis < grid.dims {
-            linear(grid, v[axis], axis, place)
-        } else {
-            0.0
-        }
-    })
+    let (x, y) = (linear(grid, v[0], 0, place), linear(grid, v[1], 1, place));
+    let z = if grid.dims == 3 {
+        linear(grid, v[2], 2, place)
+    } else {
+        0.0
+    };
+    [x, y, z]
 }
 
 /// The smallest and the largest value of the 2^d cells around a place between the outermost centres.

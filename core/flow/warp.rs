@@ -201,12 +201,10 @@ fn trace<T: Real>(
 /// The X of the centre of a cell, between the outermost centres of walls.
 #[inline(always)]
 fn departure<T: Real>(grid: &Grid, v: Vector<'_, T>, s: f64, cell: [usize; 3]) -> [f64; 3] {
-    let centre = cell.map(|at| at as f64 + 0.5);
+    let centre = centre(cell);
     let own = grid.index(cell);
-    let middle = core::array::from_fn(|axis| {
-        if axis >= grid.dims {
-            return 0.5;
-        }
+    let mut middle = [0.5; 3];
+    for axis in 0..grid.dims {
         let value = |index: usize| v[axis].get(index).map_or(0.0, |value| value.to_f64());
         let mut next = cell;
         let after = grid.axis(axis).open_face(cell[axis] as isize + 1);
@@ -214,17 +212,27 @@ fn departure<T: Real>(grid: &Grid, v: Vector<'_, T>, s: f64, cell: [usize; 3]) -
             next[axis] = face;
             value(grid.index(next))
         });
-        centre[axis] - 0.25 * s * (value(own) + after)
-    });
-    let at_middle = velocity(grid, v, middle);
-    core::array::from_fn(|axis| {
-        let x = centre[axis] - s * at_middle[axis];
-        if grid.axis(axis).is_ring() {
-            x
-        } else {
-            x.max(0.5).min(grid.n[axis] as f64 - 0.5)
+        middle[axis] = centre[axis] - 0.25 * s * (value(own) + after);
+    }
+    let mut place = away(centre, s, velocity(grid, v, middle));
+    for (axis, place) in place.iter_mut().enumerate() {
+        if !grid.axis(axis).is_ring() {
+            *place = place.max(0.5).min(grid.n[axis] as f64 - 0.5);
         }
-    })
+    }
+    place
+}
+
+/// The centre of a cell.
+#[inline(always)]
+fn centre([x, y, z]: [usize; 3]) -> [f64; 3] {
+    [x as f64 + 0.5, y as f64 + 0.5, z as f64 + 0.5]
+}
+
+/// `place - s v`.
+#[inline(always)]
+fn away([x, y, z]: [f64; 3], s: f64, v: [f64; 3]) -> [f64; 3] {
+    [x - s * v[0], y - s * v[1], z - s * v[2]]
 }
 
 /// `back = phi + (phi - back) / 2`.
@@ -275,12 +283,10 @@ fn trace_faces<T: Real>(
                     *out = T::ZERO;
                     continue;
                 }
-                let mut place = cell.map(|at| at as f64 + 0.5);
+                let mut place = centre(cell);
                 place[axis] = cell[axis] as f64;
-                let here = velocity(grid, v, place);
-                let middle = core::array::from_fn(|a| place[a] - 0.5 * s * here[a]);
-                let at_middle = velocity(grid, v, middle);
-                let departure = core::array::from_fn(|a| place[a] - s * at_middle[a]);
+                let middle = away(place, 0.5 * s, velocity(grid, v, place));
+                let departure = away(place, s, velocity(grid, v, middle));
                 *out = T::from_f64(linear(grid, from[axis], axis, departure));
             }
         });

@@ -1,4 +1,4 @@
-//! The numbers of a fast transform along a long axis: roots of unity, and what turns a Fourier transform into the coefficients of the
+//! The numbers of a fast transform along an axis: roots of unity, and what turns a Fourier transform into the coefficients of the
 //! [eigenvectors](super::spectrum).
 //!
 //! Between walls the values are sorted, even places upwards and then odd ones downwards, and the Fourier transform V of that gives
