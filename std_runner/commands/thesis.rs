@@ -58,9 +58,15 @@ pub fn run(arguments: &ThesisArguments) -> Result<u8, Failure> {
         resources: arguments.resources.clone(),
         set: Vec::new(),
     };
-    let mut folder = publish::prepare(&arguments.output, STEM, arguments.overwriting.earlier())?;
+    let earlier = arguments.overwriting.earlier();
+    let mut folder = publish::prepare(&arguments.output, STEM, earlier)?;
     let interrupt = Interrupt::listen()?;
-    let mut bench = Bench::new(&options, arguments.scale, &arguments.output, &interrupt);
+    let mut bench = Bench::new(
+        &options,
+        arguments.scale,
+        (&arguments.output, earlier),
+        &interrupt,
+    );
     let mut done: Vec<Done> = Vec::new();
     for figure in &asked {
         if interrupt.asked() {

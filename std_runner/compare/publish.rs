@@ -12,21 +12,22 @@ use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The folder of a page, marked as one of ours before anything is solved, so that a run that was ended before there was a page can be repeated
+/// The folder of a page, marked as one of ours before anything is solved, so that a run that was ended before there was anything can be repeated
 /// into it.
 ///
 /// # Errors
 /// It holds a page that is not to be replaced, or as [`Destination::check`].
 pub(crate) fn prepare(folder: &Path, stem: &str, earlier: Earlier) -> Result<Destination, Failure> {
     let mark = mark(stem);
-    if earlier == Earlier::Refused && holds_page(&folder.join(&mark)) {
+    let names = ["json", "html", "md"].map(|kind| PathBuf::from(format!("{stem}.{kind}")));
+    let mut page = Destination::check_for(folder, &mark, names.to_vec())?;
+    // A page that a killed run was moving there is in its place by now.
+    if earlier == Earlier::Refused && holds_page(&page.folder().join(&mark)) {
         return Err(Failure::File(format!(
             "{} holds a page already, {stem}.html: keep it and choose another folder with -o DIR, or write over it and the results below it with --force",
             folder.display()
         )));
     }
-    let names = ["json", "html", "md"].map(|kind| PathBuf::from(format!("{stem}.{kind}")));
-    let mut page = Destination::check_for(folder, &mark, names.to_vec())?;
     if !page.folder().join(&mark).exists() {
         let empty = json!({ "format": 1 }).to_string();
         page.add(|folder| write_bytes(&folder.join(&mark), empty.as_bytes()))?;

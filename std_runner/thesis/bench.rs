@@ -1,7 +1,7 @@
 //! Where runs are made, each once: in a folder of its own below that of the page, by the same doors as the commands.
 
 use crate::commands::options::Options;
-use crate::destination::Destination;
+use crate::destination::{Destination, Earlier};
 use crate::exit::{FILE, Failure, INTERRUPTED, NOT_FINITE};
 use crate::interrupt::Interrupt;
 use crate::output::OutputError;
@@ -98,8 +98,9 @@ pub(crate) struct Bench<'a> {
     pub options: &'a Options,
     /// How much smaller than usual everything is.
     pub scale: Scale,
-    /// Where the runs' folders are.
+    /// Where the runs' folders are, and what becomes of results there.
     folder: PathBuf,
+    earlier: Earlier,
     /// Whether the user wants to stop.
     pub interrupt: Interrupt,
     done: BTreeMap<String, Result<Rc<Made>, String>>,
@@ -107,11 +108,17 @@ pub(crate) struct Bench<'a> {
 
 impl<'a> Bench<'a> {
     /// Nothing made yet.
-    pub fn new(options: &'a Options, scale: Scale, folder: &Path, interrupt: &Interrupt) -> Self {
+    pub fn new(
+        options: &'a Options,
+        scale: Scale,
+        (folder, earlier): (&Path, Earlier),
+        interrupt: &Interrupt,
+    ) -> Self {
         Self {
             options,
             scale,
             folder: folder.to_owned(),
+            earlier,
             interrupt: interrupt.clone(),
             done: BTreeMap::new(),
         }
@@ -165,6 +172,7 @@ impl<'a> Bench<'a> {
             return Err(Halt::Asked);
         }
         let (folder, clock) = (self.place(name), Clock::start());
+        self.earlier.check(&folder)?;
         match make(self, &folder)? {
             INTERRUPTED => Err(Halt::Asked),
             NOT_FINITE => Err(Halt::Failed("left the finite numbers".into())),
