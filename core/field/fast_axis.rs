@@ -19,12 +19,7 @@ pub const fn scratch_len(n: usize) -> usize {
 pub fn analyse_columns<T: Real>(fourier: &Fourier<'_, T>, mut slab: Panel<'_, T>, scratch: &mut [T]) {
     let (from, to) = halves(fourier, scratch);
     let count = slab.count();
-    if count < COLUMNS {
-        from.fill(T::ZERO);
-    }
-    for i in 0..slab.rows() {
-        line_mut(from, fourier.sorted(i))[..count].copy_from_slice(slab.row(i));
-    }
+    columns_to_lines(&slab, from, Some(fourier));
     let (found, coefficients) = transform(fourier.roots, from, to);
     separate(fourier, found, coefficients);
     for i in 0..slab.rows() {
@@ -36,12 +31,7 @@ pub fn analyse_columns<T: Real>(fourier: &Fourier<'_, T>, mut slab: Panel<'_, T>
 pub fn synthesise_columns<T: Real>(fourier: &Fourier<'_, T>, mut slab: Panel<'_, T>, scratch: &mut [T]) {
     let (from, to) = halves(fourier, scratch);
     let count = slab.count();
-    if count < COLUMNS {
-        from.fill(T::ZERO);
-    }
-    for i in 0..slab.rows() {
-        line_mut(from, i)[..count].copy_from_slice(slab.row(i));
-    }
+    columns_to_lines(&slab, from, None);
     unite(fourier, from, to);
     let (found, _) = transform(fourier.roots, to, from);
     for i in 0..slab.rows() {
@@ -62,7 +52,6 @@ pub fn along_rows<T: Real>(
 ) {
     let n = fourier.cells();
     let (from, to) = halves(fourier, scratch);
-    from.fill(T::ZERO);
     rows_to_lines(n, rows, from, Some(fourier));
     let (found, coefficients) = transform(fourier.roots, from, to);
     separate(fourier, found, coefficients);
@@ -71,7 +60,6 @@ pub fn along_rows<T: Real>(
     for (row, (old, new)) in pairs.enumerate().take(rows.len() / n) {
         symbol(row, 0..n, old, new);
     }
-    found.fill(T::ZERO);
     rows_to_lines(n, &coefficients[..rows.len()], found, None);
     unite(fourier, found, coefficients);
     let (values, _) = transform(fourier.roots, coefficients, found);
@@ -95,6 +83,17 @@ fn line_mut<T>(panel: &mut [T], i: usize) -> &mut [T] {
     &mut panel[i * COLUMNS..][..COLUMNS]
 }
 
+/// Cell i of each column to line i, or where the tables sort it; where there are no columns lines are 0.
+fn columns_to_lines<T: Real>(slab: &Panel<'_, T>, lines: &mut [T], sorted: Option<&Fourier<'_, T>>) {
+    let count = slab.count();
+    if count < COLUMNS {
+        lines.fill(T::ZERO);
+    }
+    for i in 0..slab.rows() {
+        lines[place(sorted, i)..][..count].copy_from_slice(slab.row(i));
+    }
+}
+
 /// The most lanes of a vector.
 const LANES: usize = 16;
 
@@ -115,10 +114,13 @@ fn transpose<V: Vector>(mut lines: [V; LANES]) -> [V; LANES] {
 }
 
 vectorised! {
-    /// Cell i of each row to line i, or where the tables sort it.
+    /// Cell i of each row to line i, or where the tables sort it; where there are no rows lines are 0.
     fn rows_to_lines[T, V](n: usize, rows: &[T], lines: &mut [T], sorted: Option<&Fourier<'_, T>>) {
         let lanes = <V as Vector>::LANES;
         let count = rows.len() / n;
+        if count < COLUMNS {
+            lines.fill(T::ZERO);
+        }
         let (across, along) = (count / lanes * lanes, n / lanes * lanes);
         for start in (0..along).step_by(lanes) {
             for column in (0..across).step_by(lanes) {

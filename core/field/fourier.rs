@@ -82,6 +82,26 @@ fn turned<V: Vector>(a: [V; 2]) -> [V; 2] {
     [a[1], -a[0]]
 }
 
+/// One j of the sums e = x_0 + sum_j s_j cos(2 pi j k / p) and o = sum_j d_j sin(2 pi j k / p), with the root e^(-2 pi i j k / p).
+#[inline(always)]
+fn with_next<V: Vector>(
+    [even, odd]: [[V; 2]; 2],
+    [cosine, sine]: [V; 2],
+    [s, d]: [[V; 2]; 2],
+) -> [[V; 2]; 2] {
+    [
+        add(even, [cosine * s[0], cosine * s[1]]),
+        sub(odd, [sine * d[0], sine * d[1]]),
+    ]
+}
+
+/// Elements k and p - k of the short transform, e - i o and e + i o, each times its factor.
+#[inline(always)]
+fn of_ends<V: Vector>([even, odd]: [[V; 2]; 2], [w, v]: [[V; 2]; 2]) -> [[V; 2]; 2] {
+    let odd = turned(odd);
+    [times(add(even, odd), w), times(sub(even, odd), v)]
+}
+
 vectorised! {
     /// The pass by 4, with `left` what remains of the length after it and `done` what was divided out before.
     fn by_four[T, V](from: &[T], to: &mut [T], roots: &[T], left: usize, done: usize) {
@@ -131,8 +151,8 @@ vectorised! {
     }
 }
 
-/// The pass by the odd number p = 2 `H` + 1: see [`by_four`]. With the sums s_j and differences d_j of x_j and x_(p-j), elements k and p - k of the
-/// short transform are x_0 + sum_j (s_j cos(2 pi j k / p) -+ i d_j sin(2 pi j k / p)), j from 1 to H.
+/// The pass by the odd number p = 2 `H` + 1, so small that all of x_j stay in vectors: see [`by_four`]. With the sums s_j and differences d_j of
+/// x_j and x_(p-j), elements k and p - k of the short transform are x_0 + sum_j (s_j cos(2 pi j k / p) -+ i d_j sin(2 pi j k / p)), j from 1 to H.
 #[inline(always)]
 fn by_odd<T: Real, V: Vector<Elem = T>, const H: usize>(
     from: &[T],
@@ -171,23 +191,13 @@ fn by_odd<T: Real, V: Vector<Elem = T>, const H: usize>(
                 }
                 write(whole, &mut out[start..], lane);
                 for k in 0..H {
-                    let (mut even, mut odd) = (first, nothing);
+                    let mut parts = [first, nothing];
                     for j in 0..H {
-                        let ([cosine, sine], [s, d]) = (short[k][j], [sums[j], differences[j]]);
-                        even = add(even, [cosine * s[0], cosine * s[1]]);
-                        odd = sub(odd, [sine * d[0], sine * d[1]]);
+                        parts = with_next(parts, short[k][j], [sums[j], differences[j]]);
                     }
-                    let odd = turned(odd);
-                    write(
-                        times(add(even, odd), turns[k][0]),
-                        &mut out[(k + 1) * len + start..],
-                        lane,
-                    );
-                    write(
-                        times(sub(even, odd), turns[k][1]),
-                        &mut out[(2 * H - k) * len + start..],
-                        lane,
-                    );
+                    let [low, high] = of_ends(parts, turns[k]);
+                    write(low, &mut out[(k + 1) * len + start..], lane);
+                    write(high, &mut out[(2 * H - k) * len + start..], lane);
                 }
             }
         }
@@ -195,12 +205,14 @@ fn by_odd<T: Real, V: Vector<Elem = T>, const H: usize>(
 }
 
 vectorised! {
+    /// [`by_odd`] for 3.
     fn by_three[T, V](from: &[T], to: &mut [T], roots: &[T], left: usize, done: usize) {
         by_odd::<T, V, 1>(from, to, roots, left, done);
     }
 }
 
 vectorised! {
+    /// [`by_odd`] for 5.
     fn by_five[T, V](from: &[T], to: &mut [T], roots: &[T], left: usize, done: usize) {
         by_odd::<T, V, 2>(from, to, roots, left, done);
     }
@@ -225,8 +237,7 @@ vectorised! {
 }
 
 vectorised! {
-    /// The pass by an odd prime, after [`fold_ends`]: see [`by_four`]. With the sums s_j and differences d_j elements k and p - k of the short
-    /// transform are x_0 + sum_j (s_j cos(2 pi j k / p) -+ i d_j sin(2 pi j k / p)), j from 1 to (p - 1) / 2.
+    /// The pass by any odd prime, after [`fold_ends`], which leaves the s_j and d_j of [`by_odd`]; they are read again for every k.
     fn by_prime[T, V](from: &[T], to: &mut [T], roots: &[T], prime: usize, left: usize, done: usize) {
         let (len, part) = (done * COLUMNS, done * left * COLUMNS);
         let line = |j: usize, start: usize| from.get(j * part + start..).unwrap_or(&[]);
@@ -238,18 +249,15 @@ vectorised! {
                 for start in (0..len).step_by(COLUMNS) {
                     for lane in (0..COMPLEX).step_by(<V as Vector>::LANES) {
                         let at = p * len + start;
-                        let mut even: [V; 2] = read(line(0, at), lane);
-                        let mut odd = [V::splat(T::ZERO); 2];
+                        let mut parts: [[V; 2]; 2] = [read(line(0, at), lane), [V::splat(T::ZERO); 2]];
                         for j in 1..=prime / 2 {
-                            let [cosine, sine]: [V; 2] = root(roots, j * k % prime * left * done);
-                            let [s, d]: [[V; 2]; 2] = [read(line(j, at), lane), read(line(prime - j, at), lane)];
-                            even = add(even, [cosine * s[0], cosine * s[1]]);
-                            odd = sub(odd, [sine * d[0], sine * d[1]]);
+                            let folded = [read(line(j, at), lane), read(line(prime - j, at), lane)];
+                            parts = with_next(parts, root(roots, j * k % prime * left * done), folded);
                         }
-                        let odd = turned(odd);
-                        write(times(add(even, odd), w), &mut out[k * len + start..], lane);
+                        let [low, high] = of_ends(parts, [w, v]);
+                        write(low, &mut out[k * len + start..], lane);
                         if mirrored > 0 {
-                            write(times(sub(even, odd), v), &mut out[mirrored * len + start..], lane);
+                            write(high, &mut out[mirrored * len + start..], lane);
                         }
                     }
                 }

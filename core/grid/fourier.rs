@@ -19,33 +19,6 @@ pub struct Fourier<'m, T> {
     turns: &'m [T],
 }
 
-/// 4 or the smallest prime that divides `n`, which is above 1: what the next pass of a transform takes.
-#[must_use]
-pub fn factor(n: usize) -> usize {
-    if n.is_multiple_of(4) {
-        return 4;
-    }
-    (2..)
-        .take_while(|p| p * p <= n)
-        .find(|&p| n.is_multiple_of(p))
-        .unwrap_or(n)
-}
-
-/// The fewest cells of an axis that may be transformed fast, two of which fill a panel.
-const FEWEST: usize = 32;
-
-/// Whether the passes of a fast transform take less time along an axis of `n` cells than products with matrices of half its size. A pass by p
-/// takes about 4.5 p / n of such a product, and a transform has some work beside them (measured in `docs/log/performance.md`).
-#[must_use]
-pub fn pays(n: usize) -> bool {
-    let (mut left, mut sum) = (n, 0);
-    while left > 1 {
-        let factor = factor(left);
-        (left, sum) = (left / factor, sum + factor);
-    }
-    n >= FEWEST && 9 * sum <= 2 * n + 36
-}
-
 /// Half the length of an eigenvector before it is scaled, in terms of sqrt(2 / n).
 const HALF: f64 = 0.5;
 
@@ -128,4 +101,31 @@ impl<'m, T: Real> Fourier<'m, T> {
             _ => [T::ZERO; 2],
         }
     }
+}
+
+/// 4 or the smallest prime that divides `n`, which is above 1: what the next pass of a transform takes.
+#[must_use]
+pub fn factor(n: usize) -> usize {
+    if n.is_multiple_of(4) {
+        return 4;
+    }
+    (2..)
+        .take_while(|p| p * p <= n)
+        .find(|&p| n.is_multiple_of(p))
+        .unwrap_or(n)
+}
+
+/// The fewest cells of an axis that may be transformed fast: about as many as there are columns in a panel.
+const FEWEST: usize = 32;
+
+/// Whether the passes of a fast transform take less time along an axis of `n` cells than products with matrices of half its size. A pass by p
+/// takes about 4.5 p / n of such a product, and a transform has some work beside them (measured in `docs/log/performance.md`).
+#[must_use]
+pub fn pays(n: usize) -> bool {
+    let (mut left, mut sum) = (n, 0);
+    while left > 1 {
+        let factor = factor(left);
+        (left, sum) = (left / factor, sum + factor);
+    }
+    n >= FEWEST && 9 * sum <= 2 * n + 36
 }

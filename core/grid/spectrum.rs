@@ -18,17 +18,17 @@ use crate::real::Real;
 pub const LONGEST: usize = 256;
 /// The most cells inside along an axis with an open side, of which the layers outside are among those of [`LONGEST`].
 pub const MOST_OPEN: usize = LONGEST - 2;
+/// The rows of the left matrix that a product of matrices takes at a time.
+pub const TOGETHER: usize = 4;
+/// The columns of the right matrix are a multiple of this: two of the widest vectors.
+pub const COLUMNS: usize = 32;
+
 /// Whether an axis has a fast transform, and no matrices.
 #[must_use]
 pub fn is_fast(axis: Axis) -> bool {
     let n = axis.cells();
     n > LONGEST || open_modes::folds(axis) && fourier::pays(n)
 }
-
-/// The rows of the left matrix that a product of matrices takes at a time.
-pub const TOGETHER: usize = 4;
-/// The columns of the right matrix are a multiple of this: two of the widest vectors.
-pub const COLUMNS: usize = 32;
 
 /// The half waves of eigenvector `k` of a parity along an axis.
 fn half_waves(axis: Axis, parity: Parity, k: usize) -> usize {
