@@ -1,6 +1,5 @@
 //! The door of all scenes: each goes to what plans and solves it.
 
-use crate::destination::refuse_result;
 use crate::exit::Failure;
 use crate::plan::PlanOptions;
 use crate::run::{Outcome, Request, RunOptions};
@@ -15,9 +14,9 @@ pub(crate) fn solve(options: &RunOptions, request: Request) -> Result<Outcome, F
     if options.device.is_some() {
         devices::steers(&request.scene)?;
     }
-    if !request.overwrites {
-        refuse_result(&request.folder, "-o DIR or --name-by-time")?;
-    }
+    request
+        .earlier
+        .check(&request.folder, "-o DIR or --name-by-time")?;
     if request.scene.method.fluids.chosen {
         fluids::solve(options, request)
     } else {

@@ -1,6 +1,6 @@
 //! `thurible compare SCENE`: the same scene by several methods, on one page.
 
-use super::options::{MethodList, Options, Overwriting};
+use super::options::{MethodList, Options, Overwriting, longer};
 use crate::compare::{self, Comparison, publish, scenes_by_method};
 use crate::exit::Failure;
 use crate::interrupt::Interrupt;
@@ -8,7 +8,7 @@ use crate::run::Outputs;
 use crate::scene::{Document, Scene};
 use clap::Args;
 use serde_json::json;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The name of the page and of its facts.
 const STEM: &str = "compare";
@@ -48,7 +48,7 @@ pub fn run(arguments: &CompareArguments) -> Result<u8, Failure> {
     let folder = arguments
         .output
         .clone()
-        .unwrap_or_else(|| beside(&scene.output.folder));
+        .unwrap_or_else(|| longer(&scene.output.folder, "_compare"));
     let earlier = arguments.overwriting.earlier();
     let mut page = publish::prepare(&folder, STEM, earlier)?;
     publish::check_below(
@@ -69,11 +69,4 @@ pub fn run(arguments: &CompareArguments) -> Result<u8, Failure> {
     publish::write(&mut page, STEM, &compare::page(&name, &comparison), &facts)?;
     publish::announce(options.mode, &page, STEM, &compare::summary(&comparison), facts);
     Ok(publish::code(&page, &interrupt, comparison.exit_code()))
-}
-
-/// The folder of a comparison beside that of a solve.
-fn beside(folder: &Path) -> PathBuf {
-    let mut name = folder.file_name().unwrap_or_default().to_owned();
-    name.push("_compare");
-    folder.with_file_name(name)
 }

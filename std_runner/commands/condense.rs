@@ -1,6 +1,6 @@
 //! `thurible condense PRESET|SCENE.toml`: an elastic body by coordinate condensation, Newton's method, and others.
 
-use super::options::{Options, Overwriting};
+use super::options::{Options, Overwriting, longer};
 use crate::condense::{self, Request, document, presets};
 use crate::console;
 use crate::exit::{DONE, Failure};
@@ -72,7 +72,7 @@ pub fn run(arguments: &CondenseArguments) -> Result<u8, Failure> {
 /// The folder of a scene or preset by its name.
 fn folder_of(scene: &str) -> PathBuf {
     let name = Path::new(scene).file_stem().unwrap_or_default();
-    Path::new("out").join(format!("{}_condense", name.to_string_lossy()))
+    longer(&Path::new("out").join(name), "_condense")
 }
 
 /// What options change of the scene: the option, the key, the value.

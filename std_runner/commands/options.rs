@@ -95,7 +95,7 @@ pub struct Overwriting {
 impl Overwriting {
     /// Refuses a folder whose result would be lost.
     pub(crate) fn check(&self, folder: &Path) -> Result<(), Failure> {
-        self.earlier().check(folder)
+        self.earlier().check(folder, "-o DIR")
     }
 
     /// What becomes of it.
@@ -139,13 +139,20 @@ impl Keeping {
         put_in_order(&request.folder);
         checkpoint::refuse_states(&request.folder, self.force)?;
         Ok(Request {
-            overwrites: self.force,
+            earlier: Earlier::by(self.force),
             forced: self.force,
             checkpoint: self.checkpoint.unwrap_or_default(),
             watch: self.watching.watch,
             ..request
         })
     }
+}
+
+/// `folder` with `end` after its name.
+pub(super) fn longer(folder: &Path, end: &str) -> PathBuf {
+    let mut name = folder.file_name().unwrap_or_default().to_owned();
+    name.push(end);
+    folder.with_file_name(name)
 }
 
 /// `folder` with the time in UTC after its name, as in `letter_2026-11-26_213045`.

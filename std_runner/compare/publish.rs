@@ -62,7 +62,7 @@ pub(crate) fn check_below(
         let files = report::files(scene.time.steps, images);
         let folder = folder.join(name);
         Destination::check(&folder, files)?;
-        earlier.check(&folder)
+        earlier.check(&folder, "-o DIR")
     };
     methods.iter().zip(scenes).try_for_each(check)
 }

@@ -57,7 +57,7 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
         for variant in &case.variants {
             let folder = place(request, case, &variant.name);
             Destination::check(&folder, files())?;
-            request.earlier.check(&folder)?;
+            request.earlier.check(&folder, "-o DIR")?;
         }
     }
     let interrupt = Interrupt::listen()?;

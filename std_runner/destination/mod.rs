@@ -66,25 +66,6 @@ pub(crate) fn place_of(folder: &Path) -> PathBuf {
     resolved(folder).unwrap_or_else(|_| folder.to_path_buf())
 }
 
-/// Refuses a folder that holds a whole result already; `others` are the options that choose another one.
-///
-/// # Errors
-/// It does.
-pub(crate) fn refuse_result(folder: &Path, others: &str) -> Result<(), Failure> {
-    let Ok(place) = resolved(folder) else {
-        return Ok(());
-    };
-    // Who writes there hears of what cannot be.
-    let _ = leftover::recover(&place);
-    if !is_result(&place, "report.json") {
-        return Ok(());
-    }
-    let shown = folder.display();
-    Err(Failure::File(format!(
-        "{shown} holds a result already: keep it and choose another folder with {others}, or write over it with --force"
-    )))
-}
-
 /// What becomes of results and pages that are there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Earlier {
@@ -100,12 +81,26 @@ impl Earlier {
         if force { Self::Replaced } else { Self::Refused }
     }
 
-    /// Refuses a folder whose result would be lost.
-    pub(crate) fn check(self, folder: &Path) -> Result<(), Failure> {
-        match self {
-            Self::Refused => refuse_result(folder, "-o DIR"),
-            Self::Replaced => Ok(()),
+    /// Refuses a folder whose whole result would be lost; `others` are the options that choose another one.
+    ///
+    /// # Errors
+    /// It holds one, which is not to be replaced.
+    pub(crate) fn check(self, folder: &Path, others: &str) -> Result<(), Failure> {
+        if self == Self::Replaced {
+            return Ok(());
         }
+        let Ok(place) = resolved(folder) else {
+            return Ok(());
+        };
+        // Who writes there hears of what cannot be.
+        let _ = leftover::recover(&place);
+        if !is_result(&place, "report.json") {
+            return Ok(());
+        }
+        let shown = folder.display();
+        Err(Failure::File(format!(
+            "{shown} holds a result already: keep it and choose another folder with {others}, or write over it with --force"
+        )))
     }
 }
 

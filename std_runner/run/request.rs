@@ -2,6 +2,7 @@
 
 use super::earlier::Origin;
 use crate::checkpoint::{Every, Found};
+use crate::destination::Earlier;
 use crate::devices::Searching;
 use crate::exit::Failure;
 use crate::interrupt::Interrupt;
@@ -53,8 +54,8 @@ pub(crate) struct Request {
     pub interrupt: Option<Interrupt>,
     /// Ends the solve as converged where no density changes by more than this part of the largest at the start between two iterations.
     pub settled: Option<f64>,
-    /// Whether a result that is in the folder may go.
-    pub overwrites: bool,
+    /// What becomes of a result that is in the folder.
+    pub earlier: Earlier,
     /// Whether the state of a solve into the folder that was not finished may go.
     pub forced: bool,
     /// The port of a page on which it can be watched, 0 for any.
@@ -78,7 +79,7 @@ impl Request {
             reference: None,
             interrupt: None,
             settled: None,
-            overwrites: true,
+            earlier: Earlier::Replaced,
             forced: false,
             watch: None,
             checkpoint: Every::Off,

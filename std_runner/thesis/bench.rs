@@ -172,7 +172,7 @@ impl<'a> Bench<'a> {
             return Err(Halt::Asked);
         }
         let (folder, clock) = (self.place(name), Clock::start());
-        self.earlier.check(&folder)?;
+        self.earlier.check(&folder, "-o DIR")?;
         match make(self, &folder)? {
             INTERRUPTED => Err(Halt::Asked),
             NOT_FINITE => Err(Halt::Failed("left the finite numbers".into())),

@@ -4,7 +4,7 @@ mod page;
 mod runs;
 mod there;
 
-use super::options::{Options, Running};
+use super::options::{Options, Running, longer};
 use super::resume;
 use crate::checkpoint::{self, Every};
 use crate::compare::publish;
@@ -57,11 +57,8 @@ pub struct SweepArguments {
 /// Solves all of them, or one, and writes the page; the answer is the exit code.
 pub fn run(arguments: &SweepArguments) -> Result<u8, Failure> {
     let scene = Scene::load(&arguments.scene, &arguments.options.set, None)?;
-    let folder = arguments.output.clone().unwrap_or_else(|| {
-        let mut name = scene.output.folder.file_name().unwrap_or_default().to_owned();
-        name.push("_sweep");
-        scene.output.folder.with_file_name(name)
-    });
+    let output = arguments.output.clone();
+    let folder = output.unwrap_or_else(|| longer(&scene.output.folder, "_sweep"));
     let runs = runs(&arguments.vary, &folder)?;
     // Nothing is refused after hours of solving.
     for run in &runs {
