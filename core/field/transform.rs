@@ -1,7 +1,7 @@
 //! From a field of cells to its coefficients in the eigenvectors of every axis, and back ([`spectrum`](crate::grid::spectrum)).
 //!
 //! Axes but the first are transformed in panels of columns, the first in groups of rows. Both are products of small matrices that
-//! stay in the nearest cache, or fast transforms ([`fast_axis`]).
+//! stay in the nearest cache, or fast transforms (`fast_axis.rs`).
 
 use super::fast_axis;
 use super::folds::{fold, fold_row, unfold_row};
