@@ -71,10 +71,8 @@ impl<'m, T: Real, S: Space> Release<'m, T, S> {
         script: &Script<'_, T>,
     ) -> Result<(), Status> {
         let (grid, before) = (controlled.grid(), self.before);
-        let parts = self.tail.parts();
-        parts.setup.sweep.largest = largest;
-        parts.animation.levels.take_solids(&controlled.levels, 0);
-        let Animation { rho, initial, .. } = parts.animation;
+        self.take_box(controlled, largest);
+        let Animation { rho, initial, .. } = self.tail.parts().animation;
         rows::part_mut(rho, 0..grid.cells()).copy_from_slice(controlled.density(before).components[0]);
         let last = Slot::at(
             before,
@@ -96,14 +94,23 @@ impl<'m, T: Real, S: Space> Release<'m, T, S> {
         }
     }
 
+    /// Takes the solid cells of the controlled part, and the largest density that there may be: neither is kept in a state.
+    fn take_box(&mut self, controlled: &Animation<'_, T>, largest: f64) {
+        let parts = self.tail.parts();
+        parts.setup.sweep.largest = largest;
+        parts.animation.levels.take_solids(&controlled.levels, 0);
+    }
+
     /// What emitters added after `step` of the whole.
     pub fn emission(
         &mut self,
         exec: &dyn Exec,
+        (controlled, largest): (&Animation<'_, T>, f64),
         step: usize,
         script: &Script<'_, T>,
         take: &mut dyn FnMut(&Grid, &[T]),
     ) {
+        self.take_box(controlled, largest);
         let (before, mut parts) = (self.before, self.tail.parts());
         let script = script.after(before, parts.animation.grid().cells());
         parts.emission(exec, step - before, &script, take);

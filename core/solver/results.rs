@@ -6,6 +6,7 @@ use super::shared::Verb;
 use crate::exec::Exec;
 use crate::field::slot::Slot;
 use crate::grid::{Grid, Space};
+use crate::method::contract::Parts;
 use crate::method::output::{DENSITY, FORCE, Output, Place, Stored, Unit, VELOCITY};
 use crate::objective::script::Script;
 use crate::objective::script::jets::Jets;
@@ -182,7 +183,11 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
             }
         };
         match &mut self.release {
-            Some(release) if step >= controlled => release.emission(exec, step, &script, &mut take),
+            Some(release) if step >= controlled => {
+                let Parts { animation, setup, .. } = self.engine.get_mut().parts();
+                let controlled = (&*animation, setup.sweep.largest);
+                release.emission(exec, controlled, step, &script, &mut take);
+            }
             _ => self
                 .engine
                 .get_mut()

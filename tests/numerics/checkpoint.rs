@@ -72,12 +72,23 @@ pub fn rest_of<T: Real, S: Space>(
     )
 }
 
+/// What emitters added after each step.
+fn emissions<T: Real, S: Space>(scene: &Scene, solver: &mut Solver<'_, T, S>) -> Vec<u64> {
+    let mut bits = Vec::new();
+    for step in 0..scene.steps {
+        let mut out = vec![T::from_f64(f64::NAN); solver.cells()];
+        solver.emission(&Serial, step, &mut out);
+        bits.extend(out.iter().map(|x| x.to_f64().to_bits()));
+    }
+    bits
+}
+
 /// Saves after every step, and goes on from each of the bytes in another block that was planned for other threads.
 fn goes_on<T: Real, S: Space>(scene: &Scene) {
     let mut saved: Vec<Vec<u8>> = Vec::new();
     let mut history: Vec<Progress> = Vec::new();
     let what = format!("{:?} in {} on {:?}", scene.params.method, T::NAME, scene.cells);
-    let (whole, end) = scene.with::<T, S, _>(|solver| {
+    let (whole, end, emitted) = scene.with::<T, S, _>(|solver| {
         assert_eq!(solver.saved_bytes(), scene.plan::<T, S>().saved_bytes());
         loop {
             saved.push(save(solver));
@@ -88,7 +99,8 @@ fn goes_on<T: Real, S: Space>(scene: &Scene) {
         }
         solver.finish(&Serial).unwrap();
         let status = history.last().and_then(|progress| progress.status).unwrap();
-        (Solved::read(scene, solver, status, history.clone()), save(solver))
+        let read = Solved::read(scene, solver, status, history.clone());
+        (read, save(solver), emissions(scene, solver))
     });
     let said: Vec<String> = history.iter().map(|progress| format!("{progress:?}")).collect();
     let mut elsewhere = scene.clone();
@@ -118,6 +130,10 @@ fn goes_on<T: Real, S: Space>(scene: &Scene) {
         assert!(
             Solved::read(scene, solver, whole.status, Vec::new()).bits() == whole.bits(),
             "{what}: the result is not what was saved"
+        );
+        assert!(
+            emissions(scene, solver) == emitted,
+            "{what}: what emitters added is not what they had"
         );
     });
 }

@@ -67,7 +67,7 @@ impl Scene {
                     },
                     Emitter {
                         from: 1,
-                        to: steps,
+                        to: steps + 1,
                         supply: Supply::Target(0.8),
                         velocity: None,
                     },
