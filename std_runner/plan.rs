@@ -219,7 +219,9 @@ fn over_limit(scene: &Scene, planned: &Planned, options: &PlanOptions, limit: us
         }
         None => "take fewer steps, as no grid of this shape fits with so many".into(),
     });
-    if planned.windows.is_none() {
+    if planned.problem.share.is_some() {
+        ways.push("take more ranks".into());
+    } else if planned.windows.is_none() {
         ways.push("solve it in parts by `method.window`".into());
     }
     let (path, given) = (scene.document.path(), options.limit.is_some());

@@ -148,9 +148,14 @@ pub fn remarks(
         remarks.push(missed(problem, params, errors, names));
     }
     if after > MISSED && problem.mask && params.method == Method::Direct {
-        remarks.push(
-            "the direct method is slow to find flows that a mask leaves alone; try the method lbfgs".into(),
-        );
+        let alone = if problem.share.is_some() {
+            " on one rank"
+        } else {
+            ""
+        };
+        remarks.push(format!(
+            "the direct method is slow to find flows that a mask leaves alone; try the method lbfgs{alone}"
+        ));
     }
     remarks
 }

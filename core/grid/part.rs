@@ -97,8 +97,12 @@ impl Grid {
     }
 
     /// Which value along an axis of the whole box value `i` of this grid is.
+    #[inline]
     #[must_use]
     pub fn in_whole(&self, axis: usize, i: usize) -> usize {
+        if self.part.is_none() {
+            return i;
+        }
         let cells = self.whole_axis(axis).cells().max(1) as isize;
         (self.first_plane(axis) + i as isize).rem_euclid(cells) as usize
     }

@@ -85,15 +85,8 @@ impl Problem<'_> {
         if planes / THINNEST < ranks {
             return Err(ShareError::Thin { ranks, planes });
         }
-        const UNSHARED: [Feature; 6] = [
-            Feature::Solids,
-            Feature::Open,
-            Feature::Templates,
-            Feature::Mask,
-            Feature::Regions,
-            Feature::Release,
-        ];
-        match UNSHARED.into_iter().find(|&feature| self.asks_for(feature)) {
+        let unshared = [Feature::Solids, Feature::Open];
+        match unshared.into_iter().find(|&feature| self.asks_for(feature)) {
             Some(feature) => Err(ShareError::Feature { feature }),
             None => Ok(()),
         }

@@ -38,9 +38,13 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
             match Verb::ALL.get(verb) {
                 Some(Verb::Source) => self.take_source(&[], [0.0; 2]),
                 Some(Verb::Emitter) => self.take_emitter(a, &[]),
+                Some(Verb::Part) => self.put_field(a, &[]),
                 Some(Verb::Velocity) => self.take_velocity(a, &[]),
                 Some(Verb::Keyframe) => {
                     let _ = self.take_keyframe(a, &[]);
+                }
+                Some(Verb::Mass) => {
+                    self.added_mass(a);
                 }
                 // How these end the first rank says.
                 Some(Verb::Prepare) => {
@@ -53,7 +57,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
                     let _ = self.finish(exec);
                 }
                 Some(Verb::Read) => self.send_output(a, b, c),
-                Some(Verb::Target) => self.send_keyframe(a),
+                Some(Verb::Given) => self.send_given(a),
                 Some(Verb::Emission) => self.emission(exec, a, &mut []),
                 Some(Verb::Jet) => self.send_jet(a, b),
                 Some(Verb::Save) => self.send_state(),

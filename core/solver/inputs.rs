@@ -127,8 +127,11 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         }
         let index = self.lists.mask_begins();
         self.set_part(index, mask)?;
-        // An exit has the mask of the cell inside.
         let (grid, cells) = (*self.grid(), self.grid().cells());
+        if !grid.is_open() {
+            return Ok(());
+        }
+        // An exit has the mask of the cell inside.
         let inside = grid.inside();
         if let Some(field) = self.fields.get_mut(index * cells..(index + 1) * cells) {
             for cell in 0..cells {
@@ -146,12 +149,13 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         if let Some(index) = part.iter().position(|&x| x > T::ONE) {
             return Err(InputError::AboveOne { index });
         }
+        self.shared.ask(Verb::Part, [index, 0, 0]);
         self.put_field(index, part);
         Ok(())
     }
 
-    /// Writes field `index` of the script.
-    fn put_field(&mut self, index: usize, values: &[T]) {
+    /// Writes field `index` of the script, which the first rank has checked.
+    pub(super) fn put_field(&mut self, index: usize, values: &[T]) {
         let grid = *self.grid();
         let cells = grid.cells();
         if let Some(field) = self.fields.get_mut(index * cells..(index + 1) * cells) {

@@ -39,7 +39,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         let cells = grid.cells();
         let step = self.lists.steps.get(index).map_or(0, |&step| step as usize);
         let factor = if self.match_mass {
-            self.mass_at(step) / mass
+            self.added_mass(step) / mass
         } else {
             1.0
         };

@@ -127,24 +127,52 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     /// The target of keyframe `index`, after any scaling of its mass, stored as a density.
     #[must_use]
     pub fn keyframe(&self, index: usize) -> &[T] {
-        let cells = self.grid().cells();
-        &self.fields[index * cells..(index + 1) * cells]
+        self.field(index)
     }
 
     /// The same in the layout of a file: `out` has [`Self::cells`](Solver::cells) elements.
     pub fn read_keyframe(&self, index: usize, out: &mut [T]) {
-        self.shared.ask(Verb::Target, [index, 0, 0]);
-        let target = self.keyframe(index);
+        self.read_given(index, out);
+    }
+
+    /// What keyframe `index` has its error multiplied by, as [`Self::read_keyframe`]; 1 where keyframes have no regions.
+    pub fn read_region(&self, index: usize, out: &mut [T]) {
+        if self.lists.regions {
+            self.read_given(self.lists.steps.len() + index, out);
+        } else {
+            out.fill(T::ONE);
+        }
+    }
+
+    /// Where force may act, as [`Self::read_keyframe`]; 1 where there is no mask.
+    pub fn read_mask(&self, out: &mut [T]) {
+        if self.lists.mask {
+            self.read_given(self.lists.mask_begins(), out);
+        } else {
+            out.fill(T::ONE);
+        }
+    }
+
+    /// Field `index` of the script in the layout of a file.
+    fn read_given(&self, index: usize, out: &mut [T]) {
+        self.shared.ask(Verb::Given, [index, 0, 0]);
+        let field = self.field(index);
         self.shared.collect((self.grid(), None), out, |layout, out| {
-            layout.read(target, [1, 0], T::ONE, out);
+            layout.read(field, [1, 0], T::ONE, out);
         });
     }
 
     /// Sends the first rank what this one has of it.
-    pub(super) fn send_keyframe(&mut self, index: usize) {
+    pub(super) fn send_given(&mut self, index: usize) {
         self.send(None, |solver, layout, out| {
-            layout.read(solver.keyframe(index), [1, 0], T::ONE, out);
+            layout.read(solver.field(index), [1, 0], T::ONE, out);
         });
+    }
+
+    /// Field `index` of the script as it is stored.
+    fn field(&self, index: usize) -> &[T] {
+        let cells = self.grid().cells();
+        &self.fields[index * cells..(index + 1) * cells]
     }
 
     /// What keyframe `index` has its error multiplied by, stored as a density; empty where keyframes have no regions.
@@ -153,12 +181,6 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         Script::new(self.lists, self.fields)
             .wanted(index, self.grid().cells())
             .region
-    }
-
-    /// Where force may act, stored as a density; empty where it may everywhere.
-    #[must_use]
-    pub fn mask(&self) -> &[T] {
-        Script::new(self.lists, &*self.fields).mask(self.grid().cells())
     }
 
     /// What the price of the force u_step is multiplied by.

@@ -19,13 +19,15 @@ use core::ops::{ControlFlow, Range};
 pub(super) enum Verb {
     Source,
     Emitter,
+    Part,
     Velocity,
     Keyframe,
+    Mass,
     Prepare,
     Step,
     Finish,
     Read,
-    Target,
+    Given,
     Emission,
     Jet,
     Save,
@@ -35,16 +37,18 @@ pub(super) enum Verb {
 
 impl Verb {
     /// All of them, each at its number.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 16] = [
         Self::Source,
         Self::Emitter,
+        Self::Part,
         Self::Velocity,
         Self::Keyframe,
+        Self::Mass,
         Self::Prepare,
         Self::Step,
         Self::Finish,
         Self::Read,
-        Self::Target,
+        Self::Given,
         Self::Emission,
         Self::Jet,
         Self::Save,

@@ -1,5 +1,6 @@
 //! The smoke that there is: a source, and what emitters make.
 
+use super::shared::Verb;
 use super::{InputError, Solver};
 use crate::grid::Space;
 use crate::objective::script::Script;
@@ -39,6 +40,12 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     /// The mass of the smoke at `step`: that of the source, and what emitters have added by their rates.
     #[must_use]
     pub fn mass_at(&self, step: usize) -> f64 {
+        self.shared.ask(Verb::Mass, [step, 0, 0]);
+        self.added_mass(step)
+    }
+
+    /// The same, of a rank whom all others follow in it.
+    pub(super) fn added_mass(&self, step: usize) -> f64 {
         let spans = self.lists.spans.as_chunks().0;
         let supplies = spans.iter().zip(self.lists.supplies.as_chunks().0).enumerate();
         supplies.fold(self.mass, |mass, (index, (&[from, to], &[rate, _]))| {

@@ -98,9 +98,9 @@ impl<T: Real + Sample, S: Space> Frames for SolverFrames<'_, '_, T, S> {
                     .enumerate()
                     .for_each(|(cell, out)| *out = flag(cell));
             }
-            MASK => self.solver.read_cells(self.solver.mask(), out),
+            MASK => self.solver.read_mask(out),
             EMISSION => self.solver.emission(self.exec, index, out),
-            REGION => self.solver.read_cells(self.solver.keyframe_region(index), out),
+            REGION => self.solver.read_region(index, out),
             _ => {}
         }
     }

@@ -50,19 +50,17 @@ pub(super) fn set_keyframes<T: Real, S: Space>(
         if steps.is_empty() {
             continue;
         }
+        // One after the other, so that both are not there at once.
+        if let Some(region) = &keyframe.region {
+            let key = format!("{}.region", keyframe.key);
+            let region: Vec<T> = drawn(scene, &key, region, notes)?;
+            for index in (mass_factors.len()..).take(steps.len()) {
+                solver.set_region(index, &region).map_err(refuse(scene, &key))?;
+            }
+        }
         let density: Vec<T> = drawn(scene, &keyframe.key, &keyframe.shape, notes)?;
         let mass: f64 = density.iter().map(|x| x.to_f64()).sum();
-        let key = format!("{}.region", keyframe.key);
-        let region = keyframe.region.as_ref();
-        let region: Option<Vec<T>> = region
-            .map(|region| drawn(scene, &key, region, notes))
-            .transpose()?;
         for step in steps {
-            if let Some(region) = &region {
-                solver
-                    .set_region(mass_factors.len(), region)
-                    .map_err(refuse(scene, &key))?;
-            }
             let to_free = masses
                 .and_then(|masses| masses.get(step))
                 .map_or(1.0, |free| free / mass);

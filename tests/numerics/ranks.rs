@@ -8,8 +8,9 @@ use thurible_core::exec::{Ranks, Together};
 use thurible_core::field::borders::refresh;
 use thurible_core::grid::{Grid, Share};
 use thurible_core::{
-    Advection, Boundary, D2, D3, Emitter, Exec, Method, Params, Plan, PlanError, Problem, ProblemError, Real,
-    SavedError, Scheme, Serial, ShareError, Silent, Solver, Space, Status, Supply,
+    Advection, Boundary, D2, D3, Emitter, Exec, Feature, Method, Params, Plan, PlanError, Problem,
+    ProblemError, Real, SavedError, Scheme, Serial, ShareError, Silent, Solver, Space, Status, Supply,
+    Template, TemplateKind,
 };
 
 const W: Boundary = Boundary::Wall;
@@ -25,7 +26,31 @@ struct Case {
     ends: &'static [Boundary],
     scheme: Scheme,
     steps: usize,
+    /// What else is asked for: masks, regions, a release, templates.
+    more: &'static [Feature],
 }
+
+/// A wind, swirls and a pull, each for some of the steps.
+const TEMPLATES: [Template; 4] = [
+    Template {
+        amplitude: [0.01, -0.02, 0.005],
+        from: 1,
+        ..Template::new(TemplateKind::Wind, [0.5, 0.3, 0.6], 0.3, 3)
+    },
+    Template {
+        amplitude: [0.02, 0.0, 0.0],
+        size: 0.2,
+        ..Template::new(TemplateKind::Noise, [0.4, 0.6, 0.5], 0.4, 4)
+    },
+    Template {
+        amplitude: [0.03, 0.0, 0.0],
+        ..Template::new(TemplateKind::Attract, [0.6, 0.6, 0.4], 0.5, 4)
+    },
+    Template {
+        amplitude: [0.01, -0.01, 0.02],
+        ..Template::new(TemplateKind::Vortex, [0.5, 0.7, 0.8], 0.3, 4)
+    },
+];
 
 const EMITTERS: [Emitter; 2] = [
     Emitter {
@@ -43,6 +68,10 @@ const EMITTERS: [Emitter; 2] = [
 ];
 
 impl Case {
+    fn asks_for(&self, feature: Feature) -> bool {
+        self.more.contains(&feature)
+    }
+
     fn problem(&self, share: Option<Share>) -> Problem<'_> {
         let keyframes: &[usize] = match (self.steered, self.nested) {
             (false, _) => &[],
@@ -58,6 +87,17 @@ impl Case {
             schedule: if self.steered { &[(0, 2.0), (3, 1.0)] } else { &[] },
             buoyancy: [1e-3, 4e-3, 2e-3],
             viscosity: 1e-4,
+            mask: self.asks_for(Feature::Mask),
+            keyframe_regions: self.asks_for(Feature::Regions),
+            release: keyframes
+                .last()
+                .copied()
+                .filter(|_| self.asks_for(Feature::Release)),
+            templates: if self.asks_for(Feature::Templates) {
+                &TEMPLATES
+            } else {
+                &[]
+            },
             advection: Advection {
                 scheme: self.scheme,
                 ..Advection::default()
@@ -97,6 +137,13 @@ impl Case {
         solver.set_emitter(0, &self.blob([0.6, 0.3, 0.4])).unwrap();
         if !self.steered {
             solver.set_emitter(1, &self.blob([0.3, 0.7, 0.6])).unwrap();
+        }
+        // From 0 to 1, in about a third of the box.
+        if self.asks_for(Feature::Mask) {
+            solver.set_mask(&self.blob([0.5, 0.5, 0.5])).unwrap();
+        }
+        if self.asks_for(Feature::Regions) {
+            solver.set_region(1, &self.blob([0.5, 0.7, 0.5])).unwrap();
         }
         for axis in 0..S::DIM {
             let wave = |face: usize| T::from_f64(0.02 * (0.37 * (face + 5 * axis) as f64).sin());
@@ -182,10 +229,20 @@ impl Case {
                 }
             }
         }
-        if self.steered {
+        let mut given = |read: &dyn Fn(&mut [T])| {
             let mut out = vec![T::from_f64(7.0); solver.cells()];
-            solver.read_keyframe(1, &mut out);
+            read(&mut out);
             add(&out);
+        };
+        if self.steered {
+            given(&|out| solver.read_keyframe(1, out));
+        }
+        if self.asks_for(Feature::Regions) {
+            given(&|out| solver.read_region(0, out));
+            given(&|out| solver.read_region(1, out));
+        }
+        if self.asks_for(Feature::Mask) {
+            given(&|out| solver.read_mask(out));
         }
         for step in 0..self.steps {
             let mut out = vec![T::from_f64(7.0); solver.cells()];
@@ -285,6 +342,7 @@ const QUICK_2D: Case = Case {
     ends: &[P, W],
     scheme: Scheme::Quick,
     steps: 4,
+    more: &[],
 };
 const LIMITED_3D: Case = Case {
     steered: false,
@@ -293,6 +351,7 @@ const LIMITED_3D: Case = Case {
     ends: &[W, P, W],
     scheme: Scheme::Limited,
     steps: 3,
+    more: &[],
 };
 
 #[test]
@@ -337,6 +396,7 @@ const NESTED_2D: Case = Case {
     ends: &[P, W],
     scheme: Scheme::Quick,
     steps: 6,
+    more: &[],
 };
 const NESTED_3D: Case = Case {
     cells: &[16, 16, 16],
@@ -361,6 +421,60 @@ fn nested() {
     };
     ring.ranks_agree::<f32, D2>(&[3, 6, 15]);
     NESTED_3D.ranks_agree::<f32, D3>(&[2, 3, 5]);
+}
+
+/// Force here and there alone, parts of keyframes, and a flow that is let go, on one grid and on several.
+#[test]
+fn masks_regions_and_release() {
+    let all = &[Feature::Mask, Feature::Regions, Feature::Release];
+    let plane = Case {
+        steered: true,
+        scheme: Scheme::Limited,
+        steps: 6,
+        more: all,
+        ..QUICK_2D
+    };
+    plane.ranks_agree::<f64, D2>(&[2, 3]);
+    plane.goes_on::<f32, D2>(&[2]);
+    let space = Case {
+        steered: true,
+        steps: 5,
+        ends: &[W, W, P],
+        more: all,
+        ..LIMITED_3D
+    };
+    space.ranks_agree::<f32, D3>(&[2, 4]);
+    for more in [all, &all[..1], &all[1..2], &all[2..]] {
+        let nested = Case {
+            steps: 8,
+            more,
+            ..NESTED_2D
+        };
+        nested.ranks_agree::<f32, D2>(&[3, 9]);
+    }
+}
+
+#[test]
+fn blown_by_templates() {
+    let plane = Case {
+        more: &[Feature::Templates],
+        ..QUICK_2D
+    };
+    plane.ranks_agree::<f64, D2>(&[2, 5]);
+    let ring = Case {
+        ends: &[W, P],
+        ..plane
+    };
+    ring.ranks_agree::<f32, D2>(&[3]);
+    for ends in [&[W, P, W], &[W, W, P]] {
+        let space = Case {
+            steps: 4,
+            ends,
+            more: &[Feature::Templates],
+            ..LIMITED_3D
+        };
+        space.ranks_agree::<f64, D3>(&[2, 4]);
+    }
 }
 
 #[test]
@@ -528,6 +642,12 @@ fn what_ranks_cannot_share_is_refused() {
     };
     let error = refused(&solids, simulate()).to_string();
     assert!(error.contains("solid cells"), "{error}");
+    let open = Problem {
+        boundary: &[P, Boundary::OpenHigh],
+        ..limited.problem(share)
+    };
+    let error = refused(&open, simulate()).to_string();
+    assert!(error.contains("open sides"), "{error}");
     let admm = Params {
         method: Method::Admm,
         ..simulate()

@@ -62,10 +62,10 @@ impl<'g> Placed<'g> {
         let bits = self.solids.row(grid.n[0], row);
         let open = move |&x: &usize| bits.get(x).is_none_or(|bits| bits & closed(axis) == 0);
         let place = move |x: usize| {
-            let mut at = grid.cell_at(row, x).map(|index| index as f64 + 0.5);
-            if let Some(at) = at.get_mut(axis) {
-                *at -= 0.5;
-            }
+            let cell = grid.cell_at(row, x);
+            let at = core::array::from_fn(|of| {
+                grid.in_whole(of, cell[of]) as f64 + if of == axis { 0.0 } else { 0.5 }
+            });
             let [[x, y, z], [hx, hy, hz]] = [at, grid.h];
             [x * hx, y * hy, z * hz]
         };

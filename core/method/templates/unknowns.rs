@@ -36,9 +36,10 @@ pub fn places<'g>(
     grid: &'g Grid,
     slots: usize,
 ) -> impl Iterator<Item = Place> + 'g {
+    let whole = grid.whole();
     let sides = core::array::from_fn(|axis| {
         let [n, h] = [
-            grid.n.get(axis).map_or(1.0, |&n| n as f64),
+            whole.n.get(axis).map_or(1.0, |&n| n as f64),
             grid.h.get(axis).copied().unwrap_or(1.0),
         ];
         n * h
