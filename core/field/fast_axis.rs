@@ -83,7 +83,7 @@ fn line_mut<T>(panel: &mut [T], i: usize) -> &mut [T] {
     &mut panel[i * COLUMNS..][..COLUMNS]
 }
 
-/// Cell i of each column to line i, or where the tables sort it; where there are no columns lines are 0.
+/// Cell i of each column to line i, or where the tables sort it; what has no column is 0.
 fn columns_to_lines<T: Real>(slab: &Panel<'_, T>, lines: &mut [T], sorted: Option<&Fourier<'_, T>>) {
     let count = slab.count();
     if count < COLUMNS {
@@ -114,7 +114,7 @@ fn transpose<V: Vector>(mut lines: [V; LANES]) -> [V; LANES] {
 }
 
 vectorised! {
-    /// Cell i of each row to line i, or where the tables sort it; where there are no rows lines are 0.
+    /// Cell i of each row to line i, or where the tables sort it; what has no row is 0.
     fn rows_to_lines[T, V](n: usize, rows: &[T], lines: &mut [T], sorted: Option<&Fourier<'_, T>>) {
         let lanes = <V as Vector>::LANES;
         let count = rows.len() / n;

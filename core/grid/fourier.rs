@@ -115,7 +115,7 @@ pub fn factor(n: usize) -> usize {
         .unwrap_or(n)
 }
 
-/// The fewest cells of an axis that may be transformed fast: about as many as there are columns in a panel.
+/// The fewest cells of an axis that may be transformed fast: as many as there are columns in a panel.
 const FEWEST: usize = 32;
 
 /// Whether the passes of a fast transform take less time along an axis of `n` cells than products with matrices of half its size. A pass by p
