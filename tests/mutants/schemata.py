@@ -31,6 +31,7 @@ CONSTANTS = [
     (r"(?:Read|Result)<String(?:, \w+)?>", ["Ok(String::new())"]),
 ]
 FUNCTION = re.compile(r"^\s*(?:pub(?:\([^)]*\))? )?fn (\w+)")
+CONSTANT_FUNCTION = re.compile(r"^\s*(?:pub(?:\([^)]*\))? )?const (?:unsafe )?fn \w+")
 CONDITION = re.compile(r"^(\s*(?:\} else )?if )(?!let )(.*?)( \{)$")
 SWAPS = [(" + 1", " + 2"), (" - 1", " - 2"), (" < ", " <= "), (" > ", " >= "), (" <= ", " < "), (" >= ", " > "), (" == ", " != "), (" && ", " || "), (" || ", " && ")]
 LET = re.compile(r"^(\s*let (?:mut )?\w+ = )([^{}|;]*?)(;)$")
@@ -48,11 +49,20 @@ def plant(paths):
     for path in paths:
         lines = open(path).read().split("\n")
         end = next((i for i, line in enumerate(lines) if line.startswith("#[cfg(test)]")), len(lines))
-        out, index, open_function = [], 0, None
+        out, index, open_function, constant = [], 0, None, None
         while index < end:
             line = lines[index]
             found = FUNCTION.match(line)
-            if found and "const fn" not in line:
+            if constant is None and CONSTANT_FUNCTION.match(line):
+                # Nothing in it can ask, up to its own closing brace.
+                constant = line[: len(line) - len(line.lstrip())] + "}"
+            if constant is not None:
+                out.append(line)
+                if line == constant or CONSTANT_FUNCTION.match(line) and line.endswith("}"):
+                    constant = None
+                index += 1
+                continue
+            if found:
                 open_function = [found[1], line]
             elif open_function:
                 open_function[1] += " " + line.strip()
