@@ -1,5 +1,5 @@
 //! `thurible-fuzz WORK RUNS [SEED] [READER ..]`: gives every reader RUNS files that begin as good ones and are changed at random, and prints
-//! a table. No input may be met by a panic, take longer than a second, or more memory than 16 times its size and 64 MiB; what breaks that
+//! a table. No input may be met by a panic, take longer than a second of the processor, or more memory than 16 times its size and 64 MiB; what breaks that
 //! stays in WORK. A reader more is one line of `READERS`. `thurible-fuzz solve ..` is the program's command, for the readers' good inputs.
 #![allow(
     clippy::unwrap_used,
@@ -11,6 +11,7 @@
 mod change;
 mod memory;
 mod place;
+mod processor;
 mod random;
 mod readers;
 mod seeds;
@@ -138,9 +139,9 @@ fn tried(reader: &Reader, [place, work]: [&Path; 2], runs: u64, random: &mut Ran
         let before = memory::begin();
         memory::give(reader.given);
         BEGUN.store(0, Ordering::SeqCst);
-        let begun = Instant::now();
+        let begun = processor::time();
         let read = catch_unwind(AssertUnwindSafe(|| (reader.read)(&path, &bytes)));
-        let (took, took_memory) = (begun.elapsed(), memory::most_since(before));
+        let (took, took_memory) = (processor::time() - begun, memory::most_since(before));
         memory::give(usize::MAX);
         BEGUN.store(u64::MAX, Ordering::SeqCst);
         slowest = slowest.max(took);
