@@ -685,6 +685,8 @@ typedef struct {
     uint32_t guide_noise_seed;
     // For later versions; must be 0.
     uint32_t reserved;
+    // Direct: what the force's weight is multiplied by from each grid to the next coarser one, above 0 and below 100; 1 by default.
+    double direct_coarse_force_weight;
 } ThuribleConfig;
 
 // A task: call it with the `argument` that came with it and an index below the number of tasks.

@@ -9,9 +9,9 @@ use crate::run::RunOptions;
 use crate::scene::Document;
 use std::path::{Path, PathBuf};
 use thurible_core::{Method, Named};
-use toml::Value;
+use toml::{Table, Value};
 
-/// Iterations at most, unless an entry or `--set` says otherwise: the files of the examples are meant for a quick look.
+/// Iterations at most, unless an entry or `--set` says otherwise: the files of the examples have what suits each for a look.
 const ITERATIONS: i64 = 60;
 /// The same of LBFGS, which in the paper takes up to 212.
 const LBFGS_ITERATIONS: i64 = 500;
@@ -160,6 +160,8 @@ impl Entry {
         } else {
             document.replace(self.name.into(), "method.iterations", ITERATIONS.into())?;
         }
+        // All rows of a method are by the same choices, whatever suits an example.
+        document.replace(self.name.into(), "method.direct", Value::Table(Table::new()))?;
         document.replace(self.name.into(), "output.frames", false.into())?;
         // The paper's transport, with which goes the paper's price of the force.
         document.replace(self.name.into(), "advection.scheme", "quick".into())?;

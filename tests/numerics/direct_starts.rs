@@ -53,6 +53,30 @@ fn coarser_grids_take_as_many_iterations_as_are_asked_for() {
     assert_eq!([Some(3), Some(120), None].map(on_coarser), [3, 120, 100]);
 }
 
+/// The coarsest of two coarser grids solves the scene with nine times its weight of the force, the finest one the scene itself.
+#[test]
+fn force_is_dearer_on_coarser_grids() {
+    let solved = |force_weight: f64, factor: f64| {
+        let mut scene = direct(Scene {
+            force_weight,
+            ..Scene::small(&[64, 32], "ww", 6)
+        });
+        (scene.params.iterations, scene.params.direct.coarse_force_weight) = (3, factor);
+        let solved = scene.solve_alone::<f64, D2>();
+        check(&scene, &solved, f64::EPSILON);
+        let coarsest = solved.history.iter().filter(|progress| progress.level == 2);
+        coarsest
+            .map(|progress| format!("{progress:?}"))
+            .collect::<Vec<_>>()
+    };
+    let (dearer, nine_times) = (solved(1e2, 3.0), solved(9e2, 1.0));
+    assert!(!dearer.is_empty());
+    assert_eq!(dearer, nine_times);
+    assert_ne!(dearer, solved(1e2, 1.0));
+    // As far as single precision goes, however many grids there are.
+    assert_eq!(solved(1e6, 1e-200), solved(1.0, 1.0));
+}
+
 #[test]
 fn a_flow_that_is_given_goes_on_where_it_is_free() {
     let mut scene = direct(Scene {

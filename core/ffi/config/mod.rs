@@ -195,6 +195,8 @@ pub struct ThuribleConfig {
     pub guide_noise_seed: u32,
     /// For later versions; must be 0.
     pub reserved: u32,
+    /// Direct: what the force's weight is multiplied by from each grid to the next coarser one, above 0 and below 100; 1 by default.
+    pub direct_coarse_force_weight: f64,
 }
 
 // SAFETY: plain numbers and pointers, the size first.
@@ -215,12 +217,13 @@ pub(crate) use held;
 
 impl ThuribleConfig {
     /// Every field that holds a choice of a method, and what the core calls it.
-    fn held(&mut self) -> [Held<'_>; 35] {
+    fn held(&mut self) -> [Held<'_>; 36] {
         held! { self:
             direct_history "direct.history",
             direct_history_precision "direct.history_precision",
             direct_nested "direct.nested",
             direct_coarse_iterations "direct.coarse_iterations",
+            direct_coarse_force_weight "direct.coarse_force_weight",
             direct_tolerance "direct.tolerance",
             admm_penalty "admm.penalty",
             admm_relaxation "admm.relaxation",

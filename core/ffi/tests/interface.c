@@ -170,6 +170,7 @@ static void configurations(void) {
     WRONG(direct_history = 9, "direct.history is 9");
     WRONG(direct_nested = 7, "direct_nested is 7");
     WRONG(direct_tolerance = 0.0, "direct.tolerance is 0");
+    WRONG(direct_coarse_force_weight = 100.0, "direct.coarse_force_weight is 100");
     WRONG(admm_penalty = 0.0, "admm.penalty is 0");
     WRONG(admm_relaxation = -1.0, "admm.relaxation is -1");
     WRONG(admm_density_tolerance = 0.0, "admm.density_tolerance is 0");

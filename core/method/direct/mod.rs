@@ -155,6 +155,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
             tolerance,
             nested,
             coarse_iterations,
+            coarse_force_weight,
             overlap: _,
         } = params.direct;
         mix.word(history.unwrap_or(DirectParams::MOST_BY_DEFAULT) as u64);
@@ -162,6 +163,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
         mix.real(tolerance);
         mix.word(u64::from(nested));
         mix.word(coarse_iterations.map_or(0, |most| most as u64));
+        mix.real(coarse_force_weight);
     }
 
     fn animation(&self) -> &Animation<'m, T> {

@@ -12,6 +12,16 @@ const COARSE_ITERATIONS: [usize; 2] = [100, 60];
 /// Iterations on a coarser grid that may be asked for.
 const MOST_COARSE_ITERATIONS: usize = 100_000;
 
+/// The factor of the force's weight from grid to grid is below this.
+const MOST_COARSE_WEIGHT: f64 = 100.0;
+/// The factor of all grids together stays between 1 over this and this: single precision holds what is divided by it.
+const MOST_DEARER: f64 = 1e6;
+
+/// What the force's weight is multiplied by on grid `level`, where it is `factor` times as much from each grid to the next.
+pub(super) fn dearer(level: usize, factor: f64) -> f64 {
+    libm::pow(factor, level as f64).clamp(1.0 / MOST_DEARER, MOST_DEARER)
+}
+
 /// Iterations at most on grid `level` > 0, of which `coarsest` is the last, where `chosen` of them are asked for.
 pub(super) fn coarse_iterations(level: usize, coarsest: usize, chosen: Option<usize>) -> usize {
     chosen.unwrap_or(COARSE_ITERATIONS[usize::from(level < coarsest)])
@@ -30,6 +40,9 @@ pub struct DirectParams {
     pub nested: bool,
     /// Iterations at most on each coarser grid; by default few, which is fast. More find cheaper ways where a shape changes a great deal.
     pub coarse_iterations: Option<usize>,
+    /// What the weight of the force is multiplied by from each grid to the next coarser one. Above 1 a flow of little force is found first, which misses
+    /// its keyframes, and is then led to them grid by grid. All grids together change it by a million at most.
+    pub coarse_force_weight: f64,
     /// Whether two threads take different tasks where fields are small; by default where memory allows it. Changes no result.
     pub overlap: Option<bool>,
 }
@@ -42,6 +55,7 @@ impl Default for DirectParams {
             tolerance: 1e-4,
             nested: true,
             coarse_iterations: None,
+            coarse_force_weight: 1.0,
             overlap: None,
         }
     }
@@ -56,7 +70,9 @@ choices!(DirectParams, "direct" {
         "converged when the objective falls by less than this part of itself, twice in a row";
     nested: nested, Kind::Flag, "begin with the flow of the same scene on coarser grids";
     coarse_iterations: coarse_iterations, Kind::Automatic(MOST_COARSE_ITERATIONS),
-        "iterations on each coarser grid at most; 600 for a shape that changes much";
+        "iterations on each coarser grid at most; 400 for a shape that changes much";
+    coarse_force_weight: coarse_force_weight, Kind::Number(Numbers::Within(MOST_COARSE_WEIGHT)),
+        "factor of force_weight from each grid to the next coarser one; 3 finds shapes that need little force";
 });
 
 impl DirectParams {

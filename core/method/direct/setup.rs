@@ -1,6 +1,6 @@
 //! The numbers of a solve: those of the problem, and what they come to on each grid.
 
-use super::params::DirectParams;
+use super::params::{DirectParams, dearer};
 use crate::grid::Grid;
 use crate::method::params::Params;
 use crate::objective::{flow, sweep};
@@ -26,6 +26,8 @@ pub struct Setup {
     pub nested: bool,
     /// Iterations at most on each of them, where that is chosen.
     pub coarse_iterations: Option<usize>,
+    /// What the force's weight is multiplied by from each grid to the next coarser one.
+    pub coarse_force_weight: f64,
     /// Iterations on the finest grid at most.
     pub iterations: usize,
     /// Whether two steps are one on the coarser grids: where every keyframe's step is even and leaves a time level to steer by.
@@ -42,6 +44,7 @@ impl Setup {
             tolerance,
             nested,
             coarse_iterations,
+            coarse_force_weight,
             overlap,
         } = params.direct;
         let mut flow = flow::Setup::new(problem, params.threads);
@@ -58,6 +61,7 @@ impl Setup {
             tolerance,
             nested,
             coarse_iterations,
+            coarse_force_weight,
             iterations: params.iterations,
             halves_time: problem.steps.is_multiple_of(2) && problem.keyframes.iter().all(even),
         }
@@ -78,13 +82,14 @@ pub fn slots_on(setup: &Setup, level: usize) -> usize {
 }
 
 /// K, nu and r in the scaled numbers of grid `level`: with steps `s` times as long, v of a step is s times as large, w s^2 times, and
-/// there are s times fewer of each.
+/// there are s times fewer of each. On coarser grids force may be dearer, or cheaper.
 pub fn weights(setup: &Setup, level: usize) -> [f64; 3] {
     let s = f64::from(stride(setup, level));
+    let dearer = dearer(level, setup.coarse_force_weight);
     [
         STIFFNESS / (s * s),
         setup.flow.viscosity * s,
-        setup.flow.force_weight / (s * s * s),
+        dearer * setup.flow.force_weight / (s * s * s),
     ]
 }
 

@@ -30,6 +30,8 @@ class Options(TypedDict, total=False):
     """direct, admm, lbfgs: whether coarser grids are solved first."""
     coarse_iterations: int | Literal["auto"] | None
     """direct: iterations at most on each coarser grid; more find cheaper ways where a shape changes much."""
+    coarse_force_weight: float
+    """direct: what the force's weight is multiplied by from each grid to the next coarser one, above 0 and below 100."""
     penalty: float
     relaxation: float
     ao_iterations: int
