@@ -61,7 +61,7 @@ impl Page {
         let since = Instant::now();
         loop {
             let state = self.state();
-            if state["drawings"].as_u64().unwrap() > 0 && state["done"].as_u64().unwrap() > 1 {
+            if state["drawings"].as_u64().unwrap() > 0 && state["done"].as_u64().unwrap() > 3 {
                 return state;
             }
             assert!(since.elapsed() < Duration::from_secs(300), "{state}");
