@@ -146,6 +146,13 @@ static int body(void) {
     return 2;
 }
 
+/* Whether buoyancy drives the flow through the whole box in a step. */
+static int is_wild(const ThuribleConfig *config) {
+    for (int axis = 0; axis < 3; axis++)
+        if (config->buoyancy[axis] > 1.0 || config->buoyancy[axis] < -1.0) return 1;
+    return 0;
+}
+
 int main(int count, char **arguments) {
     size_t runs = count > 1 ? (size_t)strtoull(arguments[1], NULL, 10) : 100000, planned = 0, solved = 0, bodies = 0, moved = 0;
     if (count > 2) state ^= strtoull(arguments[2], NULL, 10);
@@ -178,8 +185,8 @@ int main(int count, char **arguments) {
         bodies += went > 0, moved += went > 1;
         double took = seconds() - begun;
         if (took > slowest) slowest = took;
-        /* A step of many iterations within may be asked for: what is asked for is no hang. */
-        if (took > 1.0 && config.steps <= 4 && config.nso_cycles <= 63 && config.admm_ao_iterations <= 8) {
+        /* A step of many iterations within may be asked for, or a flow that takes as many: what is asked for is no hang. */
+        if (took > 1.0 && config.steps <= 4 && config.nso_cycles <= 63 && config.admm_ao_iterations <= 8 && !is_wild(&config)) {
             printf("run %zu took %.1f s\n", run, took);
             return 1;
         }
