@@ -171,8 +171,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
 
     /// Field `index` of the script as it is stored.
     fn field(&self, index: usize) -> &[T] {
-        let cells = self.grid().cells();
-        &self.fields[index * cells..(index + 1) * cells]
+        Script::new(self.lists, &*self.fields).field(index, self.grid().cells())
     }
 
     /// What keyframe `index` has its error multiplied by, stored as a density; empty where keyframes have no regions.

@@ -21,9 +21,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
 
     /// The shape of emitter `index`.
     fn emitter_shape(&self, index: usize) -> &[T] {
-        let cells = self.grid().cells();
-        let first = (self.lists.emitters_begin() + index) * cells;
-        self.fields.get(first..first + cells).unwrap_or(&[])
+        Script::new(self.lists, &*self.fields).shape(index, self.grid().cells())
     }
 
     /// The mass of that shape.
