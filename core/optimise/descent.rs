@@ -63,12 +63,16 @@ impl Descent {
     /// Its state in a checkpoint, the fields' numbers aside.
     ///
     /// # Errors
-    /// [`Damaged`].
+    /// [`Damaged`], also where there are pairs of points before the first one.
     pub fn record(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
         record.option(&mut self.objective, |record, objective| objective.record(record))?;
         record.count(&mut self.iterations, MANY)?;
         record.count(&mut self.slow, MANY)?;
-        self.newton.record(record)
+        self.newton.record(record)?;
+        if self.newton.has_pairs() && !self.has_begun() {
+            return Err(Damaged);
+        }
+        Ok(())
     }
 
     /// The value and the gradient at the first point, which is taken back until both are finite.

@@ -23,6 +23,7 @@ pub(crate) use solve::{Earlier, Options, Solve};
 pub(crate) use words::Words;
 
 use crate::destination::{place_of, shown};
+use crate::held::LOCK;
 use std::path::{Path, PathBuf};
 
 /// The states of a folder: the later one takes the place of the one before the last.
@@ -30,6 +31,11 @@ const SLOTS: [&str; 2] = ["state.0", "state.1"];
 
 /// Where a state grows.
 const PART: &str = "state.part";
+
+/// Whether a file of a folder of states is a state or guards them: all else there is of what grows.
+pub(crate) fn guards(name: &str) -> bool {
+    SLOTS.contains(&name) || [PART, LOCK].contains(&name)
+}
 
 /// The folder of the states of a solve whose result goes to `folder`: beside where that leads, as the user reads it best.
 fn beside(folder: &Path) -> PathBuf {

@@ -1,9 +1,8 @@
 //! Whether discs have room for what a solve is going to write.
 
-use super::{PART, SLOTS};
+use super::{SLOTS, guards};
 use crate::destination::Destination;
 use crate::exit::Failure;
-use crate::held::LOCK;
 use crate::{bytes, room};
 use std::fs;
 use std::path::Path;
@@ -176,8 +175,7 @@ impl Writes {
 /// Bytes of what has grown at `place` beside the states.
 fn grown(place: &Path) -> u64 {
     let entries = fs::read_dir(place).into_iter().flatten().flatten();
-    let own = |name: &str| SLOTS.contains(&name) || [PART, LOCK].contains(&name);
-    let others = entries.filter(|entry| entry.file_name().to_str().is_some_and(|name| !own(name)));
+    let others = entries.filter(|entry| entry.file_name().to_str().is_some_and(|name| !guards(name)));
     others
         .filter_map(|entry| Some(entry.metadata().ok()?.len()))
         .sum()

@@ -1,5 +1,6 @@
 //! The states that an earlier run left.
 
+use super::words::MANY;
 use super::{PART, SLOTS, Sealed, Solve, Unsealed, Words, beside, has_states};
 use crate::exit::Failure;
 use crate::held::{LOCK, hold, remove};
@@ -75,7 +76,9 @@ fn head(slot: &Path) -> io::Result<Option<Solve>> {
         return Ok(None);
     };
     let head = file.block().ok();
-    Ok(head.and_then(|head| serde_json::from_slice(&head).ok()))
+    let solve: Option<Solve> = head.and_then(|head| serde_json::from_slice(&head).ok());
+    // The states after it are counted on.
+    Ok(solve.filter(|solve| solve.number < MANY))
 }
 
 /// What the runner remembered in the state at `slot`, and the file where the core's state follows.

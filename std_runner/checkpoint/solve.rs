@@ -110,7 +110,10 @@ impl Solve {
             self.named_from.join(&self.scene)
         };
         // A scene that is gone is not needed: its text is here.
-        if fs::read(&path).is_ok_and(|text| text != self.text.as_bytes()) {
+        let text = self.text.as_bytes();
+        let may_be_it = |now: fs::Metadata| now.is_file() && now.len() == text.len() as u64;
+        let is_it = || fs::read(&path).is_ok_and(|now| now == text);
+        if fs::metadata(&path).is_ok_and(|now| !may_be_it(now) || !is_it()) {
             return Err(Failure::Input(format!(
                 "{} was changed since the solve began; put it back as it was, or solve anew",
                 path.display()

@@ -7,6 +7,12 @@ use thurible_core::checkpoint::Damaged;
 /// Most bytes of a name.
 const NAME: usize = 256;
 
+/// More than there are names of phases and facts in any solve.
+const NAMES: usize = 256;
+
+/// Above any count of a solve. What adds a few of them cannot overflow, whatever a file says.
+pub(super) const MANY: u64 = 1 << 48;
+
 /// Passes over what is remembered, to write it or to read it back.
 #[derive(Debug, Default)]
 pub(crate) struct Words {
@@ -64,11 +70,12 @@ impl Words {
         Ok(())
     }
 
-    /// A count.
+    /// A count, up to [`MANY`].
     pub fn count(&mut self, value: &mut usize) -> Result<(), Damaged> {
         let mut word = *value as u64;
         self.word(&mut word)?;
-        *value = usize::try_from(word).map_err(|_| Damaged)?;
+        let count = usize::try_from(word).ok().filter(|_| word <= MANY);
+        *value = count.ok_or(Damaged)?;
         Ok(())
     }
 
@@ -97,11 +104,14 @@ impl Words {
         self.text(&mut text)?;
         if self.reads() {
             let known = self.names.iter().find(|known| **known == text).copied();
-            *value = known.unwrap_or_else(|| {
-                let name: &'static str = text.leak();
-                self.names.push(name);
-                name
-            });
+            *value = match known {
+                Some(name) => name,
+                None if self.names.len() == NAMES => return Err(Damaged),
+                None => text.leak(),
+            };
+            if known.is_none() {
+                self.names.push(*value);
+            }
         }
         Ok(())
     }
@@ -137,7 +147,7 @@ impl Words {
         Ok(())
     }
 
-    /// A list. No more is reserved than there are words left for.
+    /// A list, of no more values than there are words left for.
     pub fn list<V: Clone>(
         &mut self,
         values: &mut Vec<V>,
@@ -152,7 +162,13 @@ impl Words {
                 return Err(Damaged);
             }
             values.clear();
-            values.resize(count, empty);
+            // One after the other, so that they take no more memory than there is of them in the file.
+            return (0..count).try_for_each(|_| {
+                let mut value = empty.clone();
+                each(self, &mut value)?;
+                values.push(value);
+                Ok(())
+            });
         }
         values.iter_mut().try_for_each(|value| each(self, value))
     }

@@ -46,7 +46,8 @@ impl Series {
         let bytes = (count as u64)
             .saturating_mul(len as u64)
             .saturating_mul(bytes_of(samples) as u64);
-        if file.metadata().map_err(&unread)?.len() < bytes {
+        // Fields of nothing would have no end.
+        if file.metadata().map_err(&unread)?.len() < bytes || (len == 0 && count > 0) {
             return Ok(None);
         }
         file.set_len(bytes).map_err(OutputError::of(path))?;

@@ -124,7 +124,7 @@ impl Clock {
                 self.phases.len() - 1
             });
             let spent = &mut self.phases[index].1;
-            spent.time += since.elapsed();
+            spent.time = spent.time.saturating_add(since.elapsed());
             spent.calls += 1;
         }
     }

@@ -145,6 +145,10 @@ fn evenly(low: f64, high: f64) -> Vec<f64> {
         .map(|digit| digit * power)
         .find(|&step| step >= rough)
         .unwrap_or(rough);
+    if !(step > 0.0 && step.is_finite()) {
+        // Numbers so small that their differences are rounded away.
+        return vec![low];
+    }
     let first = (low / step).ceil() as i64;
     (first..)
         .map(|index| index as f64 * step)

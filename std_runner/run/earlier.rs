@@ -70,7 +70,7 @@ impl Origin {
     ) -> Result<(), Failure> {
         let mut earlier = self.open(scene)?.as_it_is();
         let first = self.step.unwrap_or(0);
-        let (needed, steps) = (first + solver.steps(), earlier.flows());
+        let (needed, steps) = (first.saturating_add(solver.steps()), earlier.flows());
         if needed > steps {
             return Err(self.refuse(format!(
                 "has the flow of {steps} steps, where {needed} are needed, {first} before the first; take fewer steps with --steps, or another result"
@@ -134,7 +134,8 @@ impl Origin {
         if earlier.canvas().cells != scene.canvas().cells {
             return Ok(Vec::new());
         }
-        let steps = 1..=solver.steps().min(earlier.densities().saturating_sub(first + 1));
+        let there = earlier.densities().saturating_sub(first.saturating_add(1));
+        let steps = 1..=solver.steps().min(there);
         steps
             .map(|step| {
                 let frame = first + step;

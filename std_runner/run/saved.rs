@@ -15,6 +15,7 @@ use crate::report::{Facts, IterationRecord, ObjectiveRecord};
 use core::time::Duration;
 use std::path::Path;
 use thurible_core::checkpoint::{Damaged, Refused, Resumable, restore_from, save_to};
+use thurible_core::progress::MAX_FACTS;
 use thurible_core::{Fact, Kind, Named, Objective, Real, SavedError, Solver, Space, Status};
 
 /// What is remembered of a solve as a whole, beside its solver.
@@ -58,9 +59,11 @@ fn seen(words: &mut Words, watch: &mut Watch) -> Result<(), Damaged> {
         facts: Facts::default(),
     };
     words.list(&mut watch.history, empty, iteration)?;
+    let all = watch.history.len();
     words.option(watch.window(), |words, (number, before)| {
         words.count(number)?;
-        words.count(before)
+        words.count(before)?;
+        if *before > all { Err(Damaged) } else { Ok(()) }
     })
 }
 
@@ -103,7 +106,11 @@ fn iteration(words: &mut Words, record: &mut IterationRecord) -> Result<(), Dama
         kind(words, &mut fact.kind)?;
         words.option(&mut fact.chart, |words, chart| words.name(chart))?;
         words.reals(values)
-    })
+    })?;
+    if record.facts.0.len() > MAX_FACTS {
+        return Err(Damaged);
+    }
+    Ok(())
 }
 
 fn kind(words: &mut Words, kind: &mut Kind) -> Result<(), Damaged> {

@@ -4,7 +4,7 @@
 use crate::random::Random;
 
 /// Numbers that readers stumble over.
-const ODD: [u64; 20] = [
+pub const ODD: [u64; 20] = [
     0,
     1,
     2,

@@ -6,6 +6,7 @@ use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use thurible_core::checkpoint::Mix;
 
 pub const PLAIN: &str = "\
 [grid]
@@ -403,4 +404,54 @@ fn what_is_no_state_is_refused() {
         "{}",
         often.err
     );
+}
+
+/// A state with its checksum made right again after a change.
+fn sealed(mut state: Vec<u8>) -> Vec<u8> {
+    const PIECE: usize = 1 << 16;
+    let (all, place) = state.split_last_chunk_mut::<8>().unwrap();
+    let mut sum = Mix::new();
+    all.chunks(PIECE).for_each(|piece| sum.bytes(piece));
+    *place = sum.finish().to_le_bytes();
+    state
+}
+
+/// Counts that no solve of the scene has, in a state whose checksum is right.
+#[test]
+fn counts_that_cannot_be_are_refused() {
+    let folder = folder_with("odd_counts", WINDOWS);
+    let solve = ["solve", "scene.toml", "-o", "out", "--threads", "1"];
+    killed(&folder, &[&solve[..], &["--checkpoint", "every=1"]].concat(), 30);
+    let states = folder.join("out.checkpoint");
+    let slots = ["state.0", "state.1"].map(|slot| states.join(slot));
+    let word = |state: &[u8], at: usize| u64::from_le_bytes(state[at..at + 8].try_into().unwrap());
+    let after = |state: &[u8], at: usize| at + 8 + usize::try_from(word(state, at)).unwrap();
+    // Behind name and head: the number of the window, seconds, a status, two flags, and the window under way.
+    let number = |state: &[u8]| after(state, 16) + 8;
+    let inside = |state: &[u8]| after(state, number(state) + 16) + 16;
+    let kept = slots.iter().filter_map(|slot| fs::read(slot).ok());
+    let good = { kept }
+        .find(|state| word(state, inside(state) - 8) == 1)
+        .expect("a state within a window");
+    let iteration = inside(&good) + 24;
+    for place in [number(&good), iteration] {
+        for odd in [word(&good, place) + 1000, 1 << 40, 1 << 60, u64::MAX] {
+            let mut changed = good.clone();
+            changed[place..place + 8].copy_from_slice(&odd.to_le_bytes());
+            for slot in &slots {
+                fs::write(slot, sealed(changed.clone())).unwrap();
+            }
+            let refused = ended(&folder, &["resume", "out", "--quiet"]);
+            assert!(
+                refused.code == 4 && refused.err.contains("is damaged"),
+                "{odd} at {place}: {} {}",
+                refused.code,
+                refused.err
+            );
+        }
+    }
+    fs::write(&slots[0], sealed(good)).unwrap();
+    fs::remove_file(&slots[1]).unwrap();
+    let on = ended(&folder, &["resume", "out", "--quiet"]);
+    assert!(matches!(on.code, 0 | 5), "{}", on.err);
 }

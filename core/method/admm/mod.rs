@@ -235,6 +235,9 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
         record.real(&mut step)?;
         record.count(&mut iteration, MANY)?;
         history.record(record)?;
+        if !(0.0..=1.0).contains(&step) {
+            return Err(Damaged);
+        }
         (self.step, self.iteration, self.history) = (step, iteration, history);
         Ok(())
     }

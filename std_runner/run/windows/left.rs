@@ -94,14 +94,22 @@ impl Left {
         Ok(())
     }
 
-    /// Takes fields of these `sizes` out of a checkpoint.
+    /// Takes fields of these `sizes` out of a checkpoint, `most` of each at most.
     pub fn go_on(
         &mut self,
         file: &mut Unsealed,
         sizes: &[(usize, usize)],
+        most: usize,
     ) -> Result<(), Option<OutputError>> {
         let samples = &mut self.samples;
         let all = [&mut self.density].into_iter().chain(&mut self.velocity);
+        // Fields of nothing would have no end.
+        let have_an_end = sizes
+            .iter()
+            .all(|&(len, count)| count <= if len > 0 { most } else { 0 });
+        if !have_an_end {
+            return Err(None);
+        }
         for (series, &(len, count)) in all.zip(sizes) {
             for _ in 0..count {
                 samples.clear(0);

@@ -2,8 +2,8 @@
 
 use super::kept::Kept;
 use super::left::failed;
-use super::walk::Walk;
-use crate::checkpoint::{Keeper, Sealed, Words};
+use super::walk::{Inside, Walk};
+use crate::checkpoint::{Keeper, Sealed, Words, guards};
 use crate::exit::Failure;
 use crate::output::{Sample, Samples, Series};
 use crate::progress::Watch;
@@ -48,7 +48,7 @@ impl Walk<'_> {
         })?;
         words.option(&mut self.masses, Words::reals)?;
         self.sum.record(words)?;
-        self.kept.record(words, files)?;
+        self.kept.record(words, files, self.over)?;
         self.left.record(words, left)?;
         let mut so_far = Progressed {
             mass_factors: core::mem::take(&mut self.mass_factors),
@@ -56,7 +56,27 @@ impl Walk<'_> {
         };
         let recorded = so_far.record(words, watch);
         self.mass_factors = so_far.mass_factors;
-        recorded
+        recorded?;
+        if self.is_of_the_scene(watch.history.len()) {
+            Ok(())
+        } else {
+            Err(Damaged)
+        }
+    }
+
+    /// Whether the windows so far, and the one under way, can be those of the scene after so many iterations.
+    fn is_of_the_scene(&self, iterations: usize) -> bool {
+        let windows = self.job.planned.windows();
+        let so_far = &self.sum.windows;
+        let are_its = so_far
+            .iter()
+            .zip(&windows)
+            .all(|(record, window)| (record.start, record.steps) == (window.start, window.steps));
+        let is_inside = |inside: Inside| self.number < windows.len() && inside.iteration <= iterations;
+        self.number == so_far.len()
+            && self.number <= windows.len()
+            && are_its
+            && self.inside.is_none_or(is_inside)
     }
 
     /// What is remembered now, its files synced; `None` where they cannot be.
@@ -107,14 +127,14 @@ impl Walk<'_> {
         let outputs = self.solver::<T, S>(block, last, &problem)?.outputs();
         let there = self.kept.go_on(files, outputs)?;
         there.ok_or_else(|| reading.damaged())?;
-        let taken = self.left.go_on(&mut reading.file, &left);
+        let taken = self.left.go_on(&mut reading.file, &left, last.steps);
         taken.map_err(|error| error.map_or_else(|| reading.damaged(), failed))
     }
 }
 
 impl Kept {
-    /// Passes over all but the fields themselves, which stay in their files.
-    fn record(&mut self, words: &mut Words, files: &mut Files) -> Result<(), Damaged> {
+    /// Passes over all but the fields themselves, which stay in their files; whether all windows are over.
+    fn record(&mut self, words: &mut Words, files: &mut Files, over: bool) -> Result<(), Damaged> {
         if !words.reads() {
             let states = self
                 .series
@@ -141,10 +161,19 @@ impl Kept {
         words.real(&mut self.emitted)?;
         words.reals(&mut self.factors)?;
         let problem = &mut self.problem;
-        let mut lengths = [problem.keyframes.len(), problem.keyframe_weights.len()];
+        let whole = (problem.steps, problem.release);
+        let all = [problem.keyframes.len(), problem.keyframe_weights.len()];
+        let mut lengths = all;
         words.count(&mut problem.steps)?;
         words.option(&mut problem.release, Words::count)?;
         lengths.iter_mut().try_for_each(|length| words.count(length))?;
+        let is_whole = (problem.steps, problem.release) == whole && lengths == all;
+        // A solve that was stopped has fewer steps, and may end before its release.
+        let is_part = (2..=whole.0).contains(&problem.steps)
+            && problem.release.is_none_or(|_| problem.release == whole.1);
+        if !(is_whole || over && is_part) || self.errors.len() > lengths[0] {
+            return Err(Damaged);
+        }
         problem.keyframes.truncate(lengths[0]);
         problem.keyframe_weights.truncate(lengths[1]);
         Ok(())
@@ -158,11 +187,17 @@ impl Kept {
     /// Goes on with the `files` of an earlier run, and the `outputs` that they are of. `None` if one is not what it was.
     fn go_on(&mut self, files: Files, outputs: &'static [Output]) -> Result<Option<()>, Failure> {
         self.outputs = outputs;
+        // Each once, as the map has them; one that leads elsewhere, or to a state, is none of them, and there are no more fields than frames.
+        let ascend = files.iter().is_sorted_by(|(one, _), (next, _)| one < next);
+        let is_ours = |name: &str| !guards(name) && !name.contains(['/', '\\']);
+        let most = self.problem.steps.saturating_add(1);
+        let are_ours = files
+            .iter()
+            .all(|(name, (_, count, _))| is_ours(name) && (1..=most).contains(count));
+        if !(ascend && are_ours) {
+            return Ok(None);
+        }
         for (name, state) in files {
-            // A name that leads elsewhere is none of ours.
-            if name.contains(['/', '\\']) {
-                return Ok(None);
-            }
             let mut samples = Samples::new(self.precision);
             let series = Series::go_on(&self.scratch.file(&name), state, &mut samples);
             let Some(series) = series.map_err(failed)? else {

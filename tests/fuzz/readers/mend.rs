@@ -1,7 +1,9 @@
 //! Checksums are made right again, often, so that changes come to what is behind them.
 
+use crate::change::ODD;
 use crate::random::Random;
 use crate::seeds::kept::{core_state, parts, state_sum};
+use core::ops::Range;
 use thurible_core::checkpoint::{CHECK, HEAD, Mix};
 
 pub fn nothing(_: &mut [u8], _: &mut Random) {}
@@ -98,8 +100,23 @@ fn mend_fields(bytes: &mut [u8]) {
     }
 }
 
-/// The checksum of a state, mostly, and those of the saved bytes in it.
+/// What the program remembers in a state: the second block behind the name.
+fn remembered(state: &[u8]) -> Option<Range<usize>> {
+    let block = |at: usize| Some(at + 8..(at + 8).checked_add(word(state, at))?);
+    let words = block(block(16)?.end)?;
+    (words.end <= state.len()).then_some(words)
+}
+
+/// The checksum of a state, mostly, and those of the saved bytes in it. Of what the program remembers a word is odd, half of the time.
 pub fn state(bytes: &mut [u8], random: &mut Random) {
+    if random.below(2) == 0
+        && let Some(words) = remembered(bytes)
+    {
+        let at = words.start + 8 * random.below(words.len() / 8 + 1);
+        let odd = ODD[random.below(ODD.len())].to_le_bytes();
+        let places = bytes.iter_mut().skip(at + random.below(8) * random.below(2));
+        places.zip(odd).for_each(|(place, byte)| *place = byte);
+    }
     if let Some(held) = core_state(bytes).and_then(|begin| bytes.get_mut(begin..)) {
         saved(held, random);
     }

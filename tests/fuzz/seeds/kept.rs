@@ -88,11 +88,17 @@ frames = false
 ";
 const LIMITS: [&str; 2] = ["iterations = 100000", "iterations = 60    "];
 
-/// States of solves that were killed: of a whole scene and of one in windows.
+/// States of solves that were killed: of a whole scene, of one in windows, and by ADMM.
 pub fn checkpoints(work: &Path) -> Vec<Vec<u8>> {
     let windows = ["time.steps=9", "method.window=4", "keyframe[0].step=7"];
     let windows = windows.map(|set| ["--set", set]).concat();
-    vec![killed(work, &[]), killed(work, &windows)]
+    let admm = [
+        "--method",
+        "admm",
+        "--set",
+        "method.admm.density_tolerance=1e-300",
+    ];
+    vec![killed(work, &[]), killed(work, &windows), killed(work, &admm)]
 }
 
 /// The first state that a solve kept, which a child of this process ran until it was killed.
