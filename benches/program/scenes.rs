@@ -21,12 +21,27 @@ shapes = [{ circle = { center = [0.34, 0.5], radius = 0.10607 } }, { circle = { 
 force_weight = 100.0
 ";
 
-/// A circle becomes the letter F.
+/// `assignments` after those that leave the direct method as it is by default, so that what examples choose changes no time.
+fn by_default(iterations: usize, assignments: &[String]) -> Vec<String> {
+    let own = [
+        "method.direct={}".into(),
+        format!("method.iterations={iterations}"),
+    ];
+    [&own, assignments].concat()
+}
+
+/// A circle becomes the letter F, in 50 iterations at most unless `assignments` say otherwise.
 ///
 /// # Errors
 /// [`Failure`]: an assignment is wrong.
 pub fn letter_f(assignments: &[String], method: &str, threads: usize) -> Result<PreparedScene, Failure> {
-    PreparedScene::new("letter_f", LETTER_F, assignments, method, threads)
+    PreparedScene::new(
+        "letter_f",
+        LETTER_F,
+        &by_default(50, assignments),
+        method,
+        threads,
+    )
 }
 
 /// A circle becomes two.
@@ -37,12 +52,18 @@ pub fn two_circles(assignments: &[String], threads: usize) -> Result<PreparedSce
     PreparedScene::new("two_circles", TWO_CIRCLES, assignments, "direct", threads)
 }
 
-/// A ball travels through three places.
+/// A ball travels through three places, in 15 iterations at most unless `assignments` say otherwise.
 ///
 /// # Errors
 /// [`Failure`]: an assignment is wrong.
 pub fn moving_sphere(assignments: &[String], method: &str, threads: usize) -> Result<PreparedScene, Failure> {
-    PreparedScene::new("moving_sphere", MOVING_SPHERE, assignments, method, threads)
+    PreparedScene::new(
+        "moving_sphere",
+        MOVING_SPHERE,
+        &by_default(15, assignments),
+        method,
+        threads,
+    )
 }
 
 /// Smoke that moves 0.4 cells a step, as far as there is room: much the same work for each cell and step in boxes of any size.
