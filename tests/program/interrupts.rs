@@ -78,30 +78,37 @@ fn an_interrupt_among_windows_leaves_a_shorter_result() {
                 circle = { center = [0.5, 0.5], radius = 0.2 }\n[[keyframe]]\nstep = 60\ncircle = { center = [0.6, 0.5], radius = 0.2 }\n[method]\n\
                 window = 8\niterations = 200\ndirect = { tolerance = 1e-12, nested = false }\n[output]\nframes = false\n";
     std::fs::write(&scene, text).unwrap();
-    let out = folder.join("out");
-    let mut command = crate::support::thurible();
-    command.args([
-        "solve",
-        scene.to_str().unwrap(),
-        "--json",
-        "-o",
-        out.to_str().unwrap(),
-    ]);
-    let second = |line: &str| line.contains("\"window\"") && line.contains("\"start\":8");
-    let ended = Endless::seen(&mut command, second).stop();
-    assert_eq!(ended.code, 130, "{}", ended.err);
-    assert!(
-        ended.out.lines().last().unwrap().contains("\"cancelled\""),
-        "{}",
-        ended.out
-    );
-    let outcome = verify("interrupted_windows", &out);
-    let steps = outcome.report["steps"].as_u64().unwrap();
-    assert!(
-        (8..60).contains(&steps) && outcome.targets.len() == 1,
-        "{steps} steps"
-    );
-    assert!(outcome.report["remarks"][0].as_str().unwrap().contains("of 60"));
+    // Stopped in the second window, and in the first, of which one step would be kept.
+    for (stride, start) in [("4", 8), ("1", 0)] {
+        let name = format!("interrupted_windows_{stride}");
+        let out = folder.join(&name);
+        let mut command = crate::support::thurible();
+        command
+            .args(["solve", scene.to_str().unwrap(), "--json", "--set"])
+            .args([&format!("method.stride={stride}"), "-o", out.to_str().unwrap()]);
+        let its_begin = format!("\"start\":{start}");
+        let mut is_inside = false;
+        let seen = |line: &str| {
+            is_inside |= line.contains("\"window\"") && line.contains(&its_begin);
+            is_inside && line.contains("\"event\":\"iteration\"")
+        };
+        let ended = Endless::seen(&mut command, seen).stop();
+        assert_eq!(ended.code, 130, "{}", ended.err);
+        assert!(
+            ended.out.lines().last().unwrap().contains("\"cancelled\""),
+            "{}",
+            ended.out
+        );
+        let outcome = verify(&name, &out);
+        let steps = outcome.report["steps"].as_u64().unwrap();
+        assert!(
+            (8..60).contains(&steps) && outcome.targets.len() == 1,
+            "{steps} steps"
+        );
+        let keyframes = outcome.report["keyframes"].as_array().unwrap();
+        assert!(keyframes.len() == 1 && keyframes[0]["step"] == 4, "{keyframes:?}");
+        assert!(outcome.report["remarks"][0].as_str().unwrap().contains("of 60"));
+    }
 }
 
 /// Two signals while the program sleeps, so that it hears both at once.

@@ -110,14 +110,8 @@ impl Walk<'_> {
                     .set_keyframe(last, T::list(&mut aim))
                     .map_err(refuse(scene, "keyframe"))?;
             }
-            let judged = window.keyframes.iter().zip(factors);
-            let steps = &self.job.planned.problem.keyframes;
-            let own = judged.filter(|(number, _)| {
-                steps
-                    .get(**number)
-                    .is_some_and(|step| window.judges().contains(step))
-            });
-            self.mass_factors.extend(own.map(|(_, factor)| factor));
+            // Those that it is not judged by in the end come last.
+            self.mass_factors.extend(factors);
         }
         if is_first {
             notes.iter().for_each(|note| watch.display.file_note(note));

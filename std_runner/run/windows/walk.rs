@@ -218,6 +218,7 @@ impl<'a> Walk<'a> {
         let mut frames = SolverFrames::new(solver, self.exec, problem);
         self.kept
             .take::<T>(&mut frames, outputs, window, factors.into_iter(), is_free)?;
+        self.mass_factors.truncate(self.kept.errors.len());
         self.over = window.is_last;
         if self.over {
             return self.kept.end(window.start + window.steps, None);
@@ -241,6 +242,7 @@ impl<'a> Walk<'a> {
             emitted,
             ..
         } = &mut self.kept;
+        self.mass_factors.truncate(errors.len());
         let found = self.sum.found(problem, core::mem::take(errors), *emitted);
         (found, core::mem::take(&mut self.mass_factors))
     }
