@@ -111,9 +111,12 @@ impl Solve {
         };
         // A scene that is gone is not needed: its text is here.
         let text = self.text.as_bytes();
-        let may_be_it = |now: fs::Metadata| now.is_file() && now.len() == text.len() as u64;
-        let is_it = || fs::read(&path).is_ok_and(|now| now == text);
-        if fs::metadata(&path).is_ok_and(|now| !may_be_it(now) || !is_it()) {
+        // What is no file may have no end.
+        let is_another = |now: fs::Metadata| {
+            let differs = || fs::read(&path).is_ok_and(|now| now != text);
+            now.is_file() && (now.len() != text.len() as u64 || differs())
+        };
+        if fs::metadata(&path).is_ok_and(is_another) {
             return Err(Failure::Input(format!(
                 "{} was changed since the solve began; put it back as it was, or solve anew",
                 path.display()

@@ -180,7 +180,7 @@ fn a_killed_solve_goes_on_bit_for_bit() {
 #[test]
 fn a_solve_in_windows_goes_on_bit_for_bit() {
     goes_on("killed_windows", WINDOWS, &["solve"], &[3, 10, 8]);
-    goes_on("killed_windows_late", WINDOWS, &["solve"], &[30]);
+    goes_on("killed_windows_late", WINDOWS, &["solve"], &[27]);
     goes_on("killed_flow", WINDOWS, &["simulate"], &[2]);
 }
 
@@ -421,7 +421,7 @@ fn sealed(mut state: Vec<u8>) -> Vec<u8> {
 fn counts_that_cannot_be_are_refused() {
     let folder = folder_with("odd_counts", WINDOWS);
     let solve = ["solve", "scene.toml", "-o", "out", "--threads", "1"];
-    killed(&folder, &[&solve[..], &["--checkpoint", "every=1"]].concat(), 30);
+    killed(&folder, &[&solve[..], &["--checkpoint", "every=1"]].concat(), 20);
     let states = folder.join("out.checkpoint");
     let slots = ["state.0", "state.1"].map(|slot| states.join(slot));
     let word = |state: &[u8], at: usize| u64::from_le_bytes(state[at..at + 8].try_into().unwrap());
