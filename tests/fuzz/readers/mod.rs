@@ -72,8 +72,11 @@ pub const READERS: &[Reader] = &[
         bodies::flat_objs,
         commands::condensed_obj,
     )
-    .text(),
-    Reader::of("condense_msh", "m.msh", bodies::mshs, commands::condensed_msh).text(),
+    .text()
+    .dear(4),
+    Reader::of("condense_msh", "m.msh", bodies::mshs, commands::condensed_msh)
+        .text()
+        .dear(4),
     Reader::of("views", "views.toml", texts::views, commands::views)
         .text()
         .dear(4),
@@ -94,7 +97,7 @@ pub const READERS: &[Reader] = &[
         states::checkpoint,
     )
     .mended(mend::state)
-    .dear(20),
+    .dear(100),
 ];
 
 impl Reader {
