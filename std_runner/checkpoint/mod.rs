@@ -32,8 +32,8 @@ const SLOTS: [&str; 2] = ["state.0", "state.1"];
 /// Where a state grows.
 const PART: &str = "state.part";
 
-/// Whether a file of a folder of states is a state or guards them: all else there is of what grows.
-pub(crate) fn guards(name: &str) -> bool {
+/// Whether a file of a folder of states is a state, or the lock of all: what is neither belongs to what grows.
+pub(crate) fn is_state_or_lock(name: &str) -> bool {
     SLOTS.contains(&name) || [PART, LOCK].contains(&name)
 }
 

@@ -1,6 +1,6 @@
 //! Whether discs have room for what a solve is going to write.
 
-use super::{SLOTS, guards};
+use super::{SLOTS, is_state_or_lock};
 use crate::destination::Destination;
 use crate::exit::Failure;
 use crate::{bytes, room};
@@ -175,7 +175,12 @@ impl Writes {
 /// Bytes of what has grown at `place` beside the states.
 fn grown(place: &Path) -> u64 {
     let entries = fs::read_dir(place).into_iter().flatten().flatten();
-    let others = entries.filter(|entry| entry.file_name().to_str().is_some_and(|name| !guards(name)));
+    let others = entries.filter(|entry| {
+        entry
+            .file_name()
+            .to_str()
+            .is_some_and(|name| !is_state_or_lock(name))
+    });
     others
         .filter_map(|entry| Some(entry.metadata().ok()?.len()))
         .sum()

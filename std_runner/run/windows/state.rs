@@ -3,7 +3,7 @@
 use super::kept::Kept;
 use super::left::failed;
 use super::walk::{Inside, Walk};
-use crate::checkpoint::{Keeper, Sealed, Words, guards};
+use crate::checkpoint::{Keeper, Sealed, Words, is_state_or_lock};
 use crate::exit::Failure;
 use crate::output::{Sample, Samples, Series};
 use crate::progress::Watch;
@@ -189,7 +189,7 @@ impl Kept {
         self.outputs = outputs;
         // Each once, as the map has them; one that leads elsewhere, or to a state, is none of them, and there are no more fields than frames.
         let ascend = files.iter().is_sorted_by(|(one, _), (next, _)| one < next);
-        let is_ours = |name: &str| !guards(name) && !name.contains(['/', '\\']);
+        let is_ours = |name: &str| !is_state_or_lock(name) && !name.contains(['/', '\\']);
         let most = self.problem.steps.saturating_add(1);
         let are_ours = files
             .iter()
