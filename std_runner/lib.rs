@@ -52,6 +52,8 @@ mod fluids;
 #[cfg(feature = "std")]
 pub mod gradient;
 #[cfg(feature = "std")]
+mod guard;
+#[cfg(feature = "std")]
 mod held;
 #[cfg(feature = "std")]
 pub mod interrupt;

@@ -8,11 +8,15 @@ use ttf_parser::OutlineBuilder;
 
 use super::outline::{Outline, Point};
 use super::shaping::{Placed, is_ignorable, shape};
+use crate::guard::guarded;
 
 /// Straight pieces that a curve is cut into.
 const PIECES: usize = 12;
 /// More letters than this are not legible on any grid.
 const MOST_LETTERS: usize = 256;
+
+/// What is found where the shaping of a text ends in a panic.
+const DAMAGED: &str = "is damaged: its tables contradict themselves";
 
 /// A text, one outline a glyph, in em from the first line's baseline.
 pub(super) struct Lettering {
@@ -36,6 +40,12 @@ pub(super) fn built_in() -> &'static [u8] {
 
 /// Sets `text`, line by line.
 pub(super) fn set(text: &str, font: &[u8]) -> Result<Lettering, Trouble> {
+    // rustybuzz panics on some tables that contradict themselves.
+    let damaged = || Err(Trouble::Font(DAMAGED.into()));
+    guarded(|| set_as_it_is(text, font)).unwrap_or_else(damaged)
+}
+
+fn set_as_it_is(text: &str, font: &[u8]) -> Result<Lettering, Trouble> {
     let face = Face::from_slice(font, 0).ok_or_else(|| {
         let error = ttf_parser::Face::parse(font, 0).err();
         let why = error.map_or_else(|| "it has no shapes".to_owned(), |error| error.to_string());
