@@ -4,7 +4,6 @@
 //! [value told](tell) to all, the [largest](joined) of all, and a [sum that goes on from rank to rank](in_order), which has the bits of the sum of one
 //! program. A program alone has no other to ask: [`Alone`].
 
-use crate::memory::part::REACH;
 use crate::memory::{Held, Plain};
 use core::fmt::Debug;
 
@@ -106,7 +105,7 @@ pub fn refresh<P: Plain + Default>(ranks: &dyn Ranks, held: Held, field: &mut [P
         return;
     };
     let plane = field.len() / part.held().max(1);
-    let (own, reach) = (part.own(), REACH * plane);
+    let (own, reach) = (part.own(), part.share.reach * plane);
     let [below, above] = part.neighbours();
     let (rest, high) = field.split_at_mut(own.end * plane);
     let (low, rest) = rest.split_at_mut(own.start * plane);

@@ -1,5 +1,7 @@
 //! The mean of every slot of a trajectory of cells.
 
+use super::sums::NOTHING;
+use crate::exec::ranks::in_order;
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::rows;
 use crate::grid::Grid;
@@ -26,11 +28,9 @@ pub fn remove<T: Real>(exec: &dyn Exec, grid: &Grid, slots: usize, field: &mut [
             }
         },
     );
-    let (means, others) = sums.split_at_mut(slots);
-    for row in others.chunks_exact(slots) {
-        means.iter_mut().zip(row).for_each(|(mean, sum)| *mean += sum);
-    }
-    means.iter_mut().for_each(|mean| *mean /= grid.cells() as f64);
+    let means = add_up(exec, grid, slots, sums);
+    let cells = grid.whole().cells() as f64;
+    means.iter_mut().for_each(|mean| *mean /= cells);
     let means = &*means;
     for_rows(exec, rows, RowBuffers::fields([field]), |task| {
         let [field] = task.fields;
@@ -39,4 +39,26 @@ pub fn remove<T: Real>(exec: &dyn Exec, grid: &Grid, slots: usize, field: &mut [
             row.iter_mut().for_each(|x| *x -= mean);
         }
     });
+}
+
+/// Adds up what the rows have of every slot, in the place of the first row, and on from rank to rank.
+fn add_up<'s>(exec: &dyn Exec, grid: &Grid, slots: usize, of_rows: &'s mut [f64]) -> &'s mut [f64] {
+    let own = grid.own_rows();
+    let (totals, others) = of_rows.split_at_mut(slots);
+    let go_on = |totals: &mut [f64]| {
+        // The first row of a rank that others come before is a copy: the sums that it goes on with are in its place.
+        let rest = own.start.max(1) - 1..own.end - 1;
+        for row in others.chunks_exact(slots).skip(rest.start).take(rest.len()) {
+            totals.iter_mut().zip(row).for_each(|(total, sum)| *total += sum);
+        }
+    };
+    if own.start > 0 {
+        totals.fill(NOTHING);
+    }
+    if grid.is_part() {
+        in_order(exec.ranks(), totals, go_on);
+    } else {
+        go_on(totals);
+    }
+    totals
 }

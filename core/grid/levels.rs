@@ -7,7 +7,6 @@ use super::Grid;
 use super::solids::{self, Solids};
 use super::spectrum::Spectrum;
 use super::tables::Tables;
-use crate::memory::part::THINNEST;
 use crate::memory::{Arena, TooSmall};
 use crate::real::Real;
 
@@ -34,7 +33,7 @@ pub fn coarsen(grid: &Grid) -> Option<Grid> {
 #[must_use]
 pub fn hierarchy(finest: &Grid) -> heapless::Vec<Grid, MAX_LEVELS> {
     let share = finest.part().map(|part| part.share);
-    let enough = |grid: &Grid| share.filter(|share| grid.planes() >= THINNEST * share.ranks);
+    let enough = |grid: &Grid| share.filter(|share| grid.planes() >= share.reach * share.ranks);
     core::iter::successors(Some(finest.whole()), coarsen)
         .take(MAX_LEVELS)
         .map(|grid| grid.shared(enough(&grid)))

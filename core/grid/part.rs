@@ -107,18 +107,20 @@ impl Grid {
         (self.first_plane(axis) + i as isize).rem_euclid(cells) as usize
     }
 
-    /// Where value `i` along an axis of the whole box is in this grid, if it is.
+    /// Where value `i` along an axis of the whole box is in this grid, if it is: on a ring the copy that is nearest to the rank's own planes, since a rank
+    /// may have two of one plane.
     #[must_use]
     pub fn here(&self, axis: usize, i: usize) -> Option<usize> {
-        if self.part.is_none() {
+        let Some(part) = self.part.filter(|_| axis == self.dims - 1) else {
             return Some(i);
-        }
-        let (whole, at) = (self.whole_axis(axis), i as isize - self.first_plane(axis));
-        let at = if whole.is_ring() {
-            at.rem_euclid(whole.cells().max(1) as isize)
-        } else {
-            at
         };
+        let (own, planes) = (part.own(), part.planes as isize);
+        let mut at = i as isize - self.first_plane(axis);
+        if part.ring {
+            let above = (at - own.start as isize).rem_euclid(planes.max(1));
+            let is_nearer_below = planes - above < above + 1 - own.len() as isize;
+            at = own.start as isize + above - if is_nearer_below { planes } else { 0 };
+        }
         usize::try_from(at).ok().filter(|&at| at < self.n[axis])
     }
 }

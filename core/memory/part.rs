@@ -8,10 +8,8 @@
 
 use core::ops::Range;
 
-/// Planes on either side that a rank has copies of: as far as transport reads.
+/// Planes on either side that a rank has copies of, where its method reads no further than transport does.
 pub const REACH: usize = 2;
-/// The fewest planes of a rank: its neighbours' copies are of nobody else.
-pub const THINNEST: usize = REACH;
 
 /// `total` cut into pieces of `unit`, of which a rank has about as many as another.
 #[must_use]
@@ -28,6 +26,21 @@ pub struct Share {
     pub rank: usize,
     /// How many there are.
     pub ranks: usize,
+    /// Planes on either side that a rank has copies of: as far as the method reads, which a plan knows. It is also the fewest planes that a rank may
+    /// have, so that its neighbours' copies are of nobody else.
+    pub reach: usize,
+}
+
+impl Share {
+    /// Rank `rank` of `ranks`, with copies of [`REACH`] planes.
+    #[must_use]
+    pub fn new(rank: usize, ranks: usize) -> Self {
+        Self {
+            rank,
+            ranks,
+            reach: REACH,
+        }
+    }
 }
 
 /// Which planes of a field a rank has.
@@ -52,7 +65,7 @@ impl Part {
     #[must_use]
     pub fn copies(self) -> [usize; 2] {
         self.neighbours()
-            .map(|neighbour| REACH * usize::from(neighbour.is_some()))
+            .map(|neighbour| self.share.reach * usize::from(neighbour.is_some()))
     }
 
     /// The planes that are no copies, among those that this rank has in memory.
@@ -78,7 +91,7 @@ impl Part {
     /// The rank that has the planes below those of this one, and the rank that has those above.
     #[must_use]
     pub fn neighbours(self) -> [Option<usize>; 2] {
-        let Share { rank, ranks } = self.share;
+        let Share { rank, ranks, .. } = self.share;
         [
             (self.ring || rank > 0).then(|| (rank + ranks - 1) % ranks),
             (self.ring || rank + 1 < ranks).then(|| (rank + 1) % ranks),

@@ -77,13 +77,13 @@ pub trait Contract<'m, T: Real, S: Space> {
         false
     }
 
-    /// Whether ranks can share it, each with a slab of the box.
-    fn shares(params: &Params) -> bool
+    /// Planes beside its own that a rank needs copies of, or `None` where ranks cannot share it.
+    fn reach(params: &Params) -> Option<usize>
     where
         Self: Sized,
     {
         let _ = params;
-        false
+        None
     }
 
     /// Iterations at most, those on coarser grids included.

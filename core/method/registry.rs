@@ -5,7 +5,7 @@ use super::list::for_each_method;
 use super::params::{Method, Params};
 use super::refusal::PlanError;
 use crate::checkpoint::Mix;
-use crate::grid::{D2, Space};
+use crate::grid::{D2, Share, Space};
 use crate::problem::{Feature, Problem};
 use crate::real::Real;
 
@@ -88,11 +88,11 @@ macro_rules! define {
             }
         }
 
-        /// Whether ranks can share the method, each with a slab of the box.
+        /// Planes beside its own that a rank needs copies of, or `None` where ranks cannot share the method.
         #[must_use]
-        pub fn shares(params: &Params) -> bool {
+        pub fn reach(params: &Params) -> Option<usize> {
             match params.method {
-                $(Method::$kind => <crate::method::$($state)::+<'_, f32, D2> as Contract<'_, f32, D2>>::shares(params),)+
+                $(Method::$kind => <crate::method::$($state)::+<'_, f32, D2> as Contract<'_, f32, D2>>::reach(params),)+
             }
         }
 
@@ -129,13 +129,23 @@ pub fn smoothness(problem: &Problem<'_>, params: &Params) -> f64 {
     }
 }
 
-/// The problem that a method solves: with the smoothness in force.
+/// The problem that a method solves: with the smoothness in force, and as many copies as it reads.
 #[must_use]
 pub fn resolved<'p>(problem: &Problem<'p>, params: &Params) -> Problem<'p> {
     Problem {
         smoothness: Some(smoothness(problem, params)),
-        ..*problem
+        ..with_copies(problem, params)
     }
+}
+
+/// The problem with as many copies of neighbours' planes as the method reads, where ranks share it.
+#[must_use]
+pub fn with_copies<'p>(problem: &Problem<'p>, params: &Params) -> Problem<'p> {
+    let share = problem.share.map(|share| Share {
+        reach: reach(params).unwrap_or(share.reach),
+        ..share
+    });
+    Problem { share, ..*problem }
 }
 
 /// Calls `make` in a function of its own, so that the stack never holds what another method would need.

@@ -6,7 +6,7 @@ use super::residual;
 use super::window::{NEAR, Near, Window, near};
 use crate::exec::{Exec, Planes, RowBuffers, for_rows_across};
 use crate::field::transfer::{Place, along};
-use crate::field::{Block, rows};
+use crate::field::{Block, borders, rows};
 use crate::grid::tables::Tables;
 use crate::grid::taps::Transfer;
 use crate::grid::{Grid, Space};
@@ -38,11 +38,13 @@ impl<T: Real> Slab<'_, T> {
     /// `sides` = f_coarse(R x) + R(residual), block of slots after block.
     pub(super) fn collect<S: Space>(&mut self, exec: &dyn Exec) {
         let room = NEAR.min(self.fine.grid.planes());
+        let made = borders::made_here(self.fine.grid, self.coarse.grid);
+        let (first, end) = (self.planes.start.max(made.start), self.planes.end.min(made.end));
         for block in Block::all(self.fine.grid, self.fine.slots) {
-            let mut start = self.planes.start;
+            let mut start = first;
             let mut known = isize::MIN;
-            while start < self.planes.end {
-                let coarse_planes = start..self.planes.end;
+            while start < end {
+                let coarse_planes = start..end;
                 let window = Window::new(self.tables, self.fine.grid, self.coarse.grid, coarse_planes, room);
                 self.store_residuals::<S>(exec, &block, &window, known);
                 self.collect_planes::<S>(exec, &block, &window, start);

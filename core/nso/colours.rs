@@ -35,29 +35,34 @@ impl Colours {
         base << (0..grid.dims).filter(|&axis| odd(grid, axis)).count()
     }
 
-    /// The cells of `row` that pass `pass` visits.
+    /// The cells of `row` that pass `pass` visits. Of a box that ranks share a rank visits its own planes and those beside, whose changes reach them.
     #[must_use]
     pub fn cells(self, grid: &Grid, pass: usize, row: usize) -> Cells {
+        let none = Cells { start: 0, count: 0 };
+        let (own, [plane, _]) = (grid.own_planes(), grid.plane_of(row));
+        if plane + 1 < own.start || plane > own.end {
+            return none;
+        }
         let [y, z] = grid.row_at(row);
+        let at = [0, grid.in_whole(1, y), grid.in_whole(2, z)];
         let (base, mut bits) = match self {
             Self::RedBlack => (pass % 2, pass / 2),
             Self::PowerOfTwo => (pass % (1 << grid.dims), pass >> grid.dims),
         };
-        let at = [0, y, z];
         let mut last = [false; 3];
         for (axis, last) in last.iter_mut().enumerate().take(grid.dims) {
             if odd(grid, axis) {
                 *last = bits % 2 == 1;
                 bits /= 2;
             }
-            if axis > 0 && odd(grid, axis) && *last != (at[axis] + 1 == grid.n[axis]) {
-                return Cells { start: 0, count: 0 };
+            if axis > 0 && odd(grid, axis) && *last != (at[axis] + 1 == grid.whole_axis(axis).cells()) {
+                return none;
             }
         }
         let parity = match self {
-            Self::RedBlack => (base + y + z) % 2,
+            Self::RedBlack => (base + at[1] + at[2]) % 2,
             Self::PowerOfTwo if (1..grid.dims).any(|axis| at[axis] % 2 != (base >> axis) % 2) => {
-                return Cells { start: 0, count: 0 };
+                return none;
             }
             Self::PowerOfTwo => base % 2,
         };
@@ -82,5 +87,6 @@ fn along_x(grid: &Grid, parity: usize, last: bool) -> Cells {
 }
 
 fn odd(grid: &Grid, axis: usize) -> bool {
-    grid.axis(axis).is_ring() && grid.n[axis] % 2 == 1
+    let whole = grid.whole_axis(axis);
+    whole.is_ring() && whole.cells() % 2 == 1
 }

@@ -2,8 +2,9 @@
 
 use super::damping::LocalDamping;
 use super::surroundings::Surroundings;
+use crate::exec::Exec;
 use crate::field::transfer::Place;
-use crate::field::{Vector, VectorMut, view};
+use crate::field::{Vector, VectorMut, borders, view};
 use crate::grid::solids::Solids;
 use crate::grid::{Grid, Space};
 use crate::memory::Pool;
@@ -240,7 +241,17 @@ impl<'a, T: Real> System<'a, T> {
     }
 }
 
-impl<'a, T> State<'a, T> {
+impl<'a, T: Real> State<'a, T> {
+    /// Brings the copies up to date of what other ranks have.
+    pub(super) fn refresh(&mut self, exec: &dyn Exec, grid: &Grid) {
+        for velocities in [&mut self.v, &mut self.w] {
+            borders::refresh_faces(exec, grid, velocities);
+        }
+        for pressures in [&mut *self.p, &mut *self.pbar] {
+            borders::refresh(exec, grid, pressures);
+        }
+    }
+
     /// The eight components as one list: v, w, p, pbar.
     pub fn fields(&mut self) -> [&mut [T]; 8] {
         let [v0, v1, v2] = self.v.each_mut().map(|c| &mut **c);

@@ -10,7 +10,7 @@
 
 use super::level::{Coefficients, LevelMut, System};
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::{Block, Vector, rows, subtract_next, subtract_previous};
+use crate::field::{Block, Vector, rows, subtract_next, subtract_previous, sums};
 use crate::grid::solids::closed;
 use crate::grid::{Grid, Space};
 use crate::operators::divergence::{add_divergence, add_gradient};
@@ -163,29 +163,29 @@ fn target<'a, T>(rhs: Vector<'a, T>, axis: usize, block: &Block<'_>, row: usize)
 /// max |f| over all equations, cells and slots, b and d counted times `unit` (h / dt: then all are
 /// accelerations).
 ///
-/// NaN when any value is not finite. `sums` holds one value a row, `scratch` [`norm_scratch`] a thread.
+/// NaN when any value is not finite. `of_rows` holds one value a row, `scratch` [`norm_scratch`] a thread.
 pub fn norm<T: Real, S: Space>(
     exec: &dyn Exec,
     level: &LevelMut<'_, T>,
     coefficients: &Coefficients<T>,
     unit: f64,
-    sums: &mut [f64],
+    of_rows: &mut [f64],
     scratch: &mut [T],
 ) -> f64 {
     let grid = level.grid;
     let system = level.system(coefficients);
-    let sums = &mut sums[..grid.rows()];
+    let of_rows = &mut of_rows[..grid.rows()];
     for_rows(
         exec,
         grid.rows(),
-        RowBuffers::sums(&mut *sums).with_scratch(scratch),
+        RowBuffers::sums(&mut *of_rows).with_scratch(scratch),
         |task| {
             let blocks = Block::all(grid, coefficients.slots);
             let of = |block| largest_in_block::<T, S>(&system, &block, task.row, unit, task.scratch);
             task.sums[0] = rows::largest(blocks.map(of));
         },
     );
-    rows::largest(sums.iter().copied())
+    sums::most(exec, grid, of_rows.iter().copied())
 }
 
 /// [`norm`] in a row of a block.

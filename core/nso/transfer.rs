@@ -3,18 +3,22 @@
 //! linearly.
 
 use super::collect::{Slab, waiting_len};
-use super::level::{Coefficients, LevelMut, place_of};
+use super::level::{Coefficients, LevelMut, System, place_of};
 use super::params::Split;
 use super::residual;
 use crate::exec::{Exec, RowBuffers, Serial, for_rows, for_slabs};
 use crate::field::transfer::{Move, Place, Placed};
-use crate::field::{Block, view};
+use crate::field::{Block, borders, view};
 use crate::grid::solids::{Solids, closed};
 use crate::grid::tables::Tables;
 use crate::grid::taps::Transfer;
 use crate::grid::{Grid, Space};
 use crate::real::Real;
 
+/// Planes beside its own that a rank needs copies of. A coarse plane of its own collects residuals from up to three fine planes below the rank's, where
+/// the axis is odd, since the grids are not dealt out at the same places then. A residual reads one plane further; and on the lowest
+/// faces of the copies stands 0.
+pub const REACH: usize = 5;
 /// The fewest coarse planes of a slab.
 const LEAST: usize = 4;
 
@@ -100,9 +104,15 @@ struct FieldsMove<'a, T> {
 
 impl<T: Real> FieldsMove<'_, T> {
     /// Moves the first `K` fields of a state; empty ones are left out.
-    fn run<const K: usize>(&self, exec: &dyn Exec, from: [&[T]; K], to: [&mut [T]; K], scratch: &mut [T]) {
+    fn run<const K: usize>(
+        &self,
+        exec: &dyn Exec,
+        from: [&[T]; K],
+        mut to: [&mut [T]; K],
+        scratch: &mut [T],
+    ) {
         let rows = self.step.target.rows();
-        let buffers = RowBuffers::fields(to).with_scratch(scratch);
+        let buffers = RowBuffers::fields(to.each_mut().map(|field| &mut **field)).with_scratch(scratch);
         for_rows(exec, rows, buffers, |task| {
             for (index, (&values, out)) in from.iter().zip(task.fields).enumerate() {
                 if values.is_empty() {
@@ -122,6 +132,7 @@ impl<T: Real> FieldsMove<'_, T> {
                 }
             }
         });
+        settle(exec, [self.step.source, self.step.target], to);
     }
 
     /// Adds a field to a row of the target, block by block.
@@ -155,9 +166,32 @@ pub fn restrict_residual<T: Real, S: Space>(
     scratch: &mut [T],
 ) {
     let fine = fine.system(coefficients);
-    let (coarse, sides) = coarse.sides(coefficients);
     let grid = coarse.grid;
-    let waiting_len = waiting_len::<S>(fine.grid, coefficients.slots);
+    collect_residual::<T, S>(exec, fine, coarse.sides(coefficients), tables, split, scratch);
+    let (_, sides) = coarse.sides(coefficients);
+    settle(exec, [fine.grid, grid], sides);
+}
+
+/// Brings up to date what other ranks have of fields in the order of a state's.
+fn settle<T: Real, const K: usize>(exec: &dyn Exec, grids: [&Grid; 2], fields: [&mut [T]; K]) {
+    for (index, field) in fields.into_iter().enumerate() {
+        if !field.is_empty() {
+            borders::settle(exec, grids, place_of(index), field);
+        }
+    }
+}
+
+/// What this rank makes of the coarse right-hand side.
+fn collect_residual<T: Real, S: Space>(
+    exec: &dyn Exec,
+    fine: System<'_, T>,
+    (coarse, sides): (System<'_, T>, [&mut [T]; 8]),
+    tables: &Tables<'_, T>,
+    split: Split,
+    scratch: &mut [T],
+) {
+    let grid = coarse.grid;
+    let waiting_len = waiting_len::<S>(fine.grid, fine.slots);
     if split == Split::Slabs {
         for_slabs(
             exec,

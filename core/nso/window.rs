@@ -33,7 +33,14 @@ impl Window {
     ) -> Self {
         let planes = fine.planes();
         let start = coarse_planes.start;
-        let centre = |plane: usize| plane * planes / coarse.planes();
+        let is_ring = fine.axis(fine.dims - 1).is_ring();
+        let centre = |plane: usize| {
+            if is_ring {
+                plane * planes / coarse.planes()
+            } else {
+                0
+            }
+        };
         let mut window = Self {
             end: start,
             fine: 0..0,
@@ -43,9 +50,13 @@ impl Window {
         let (mut low, mut high) = (isize::MAX, isize::MIN);
         while window.end < coarse_planes.end {
             for (plane, _) in near(tables, fine.dims - 1, window.end) {
-                // Steps from the middle of its coarse plane, the shorter way around.
-                let steps = ((plane + planes + planes / 2 - centre(window.end)) % planes) as isize
-                    - (planes / 2) as isize;
+                // On a ring the steps from the middle of its coarse plane, the shorter way around.
+                let steps = if is_ring {
+                    ((plane + planes + planes / 2 - centre(window.end)) % planes) as isize
+                        - (planes / 2) as isize
+                } else {
+                    plane as isize
+                };
                 let from_start = steps + (centre(window.end) - centre(start)) as isize;
                 (low, high) = (low.min(from_start), high.max(from_start));
             }

@@ -82,16 +82,12 @@ pub(super) struct Parts {
 
 impl Parts {
     fn new<S: Space>(finest: &Grid, slots: usize, threads: usize, memory: SmootherMemory) -> Self {
+        let grids = levels::hierarchy(finest);
+        let most = |len: &dyn Fn(&Grid) -> usize| pooled(grids.iter().map(len).max().unwrap_or(0));
         Self {
-            waiting: pooled(smoother::waiting_len::<S>(finest, slots, threads, memory.split)),
+            waiting: most(&|grid| smoother::waiting_len::<S>(grid, slots, threads, memory.split)),
             lines: pooled(threads * smoother::scratch_len::<S>(finest, slots, memory)),
-            transfer: pooled(
-                levels::hierarchy(finest)
-                    .iter()
-                    .map(|grid| transfer::scratch_len::<S>(grid, slots, threads, memory.split))
-                    .max()
-                    .unwrap_or(0),
-            ),
+            transfer: most(&|grid| transfer::scratch_len::<S>(grid, slots, threads, memory.split)),
         }
     }
 }

@@ -4,15 +4,13 @@
 //! divergence, one filter fewer so that the widest stays as wide; flows come back by the prolongation of STFAS. ADMM and L-BFGS
 //! keep dt and N; the direct method takes two steps for one where it can.
 
-use crate::exec::ranks::{refresh, tell};
-use crate::exec::{Capped, Exec, Ranks, RowBuffers, for_rows};
+use crate::exec::{Capped, Exec, RowBuffers, for_rows};
+use crate::field::borders;
 use crate::field::transfer::{Move, Place, Placed};
 use crate::field::{Block, Vector, VectorMut, rows};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
 use crate::grid::taps::Transfer;
-use crate::memory::Held;
-use crate::memory::part::cut;
 use crate::objective::script::Script;
 use crate::real::Real;
 
@@ -161,7 +159,6 @@ fn pass<T: Real>(
 ) {
     let field = Placed { place, values: from };
     let grid = step.target;
-    let ranks = exec.ranks();
     let wide = step.source.n[0].max(step.target.n[0]);
     let (count, row) = (Block::slots_per_block(wide, slots), Block::largest(wide, slots));
     let exec = &Capped::new(exec, scratch.len() / row);
@@ -185,27 +182,5 @@ fn pass<T: Real>(
             }
         },
     );
-    settle(ranks, step, place, to);
-}
-
-/// Every rank gets what it lacks of a field that was passed to another grid: the copies of its neighbours' planes; or where it has all of the coarser grid and
-/// a part of the finer one, what the others have made.
-fn settle<T: Real>(ranks: &dyn Ranks, step: Move<'_, T>, place: Place, field: &mut [T]) {
-    let (source, target) = (step.source, step.target);
-    let (Some(part), None) = (source.part(), target.part()) else {
-        let axis = match place {
-            Place::Cell => None,
-            Place::Face(axis) => Some(axis),
-        };
-        return refresh(ranks, Held::of(target.part(), target.dims, axis), field);
-    };
-    let plane = field.len() / target.planes().max(1);
-    for rank in 0..part.share.ranks {
-        let planes = cut(target.planes(), 1, rank, part.share.ranks);
-        tell(
-            ranks,
-            rank,
-            rows::part_mut(field, planes.start * plane..planes.end * plane),
-        );
-    }
+    borders::settle(exec, [step.source, step.target], place, to);
 }

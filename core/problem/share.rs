@@ -2,7 +2,6 @@
 
 use super::{Feature, Problem};
 use crate::grid::Share;
-use crate::memory::part::THINNEST;
 use crate::words::Named;
 use core::fmt;
 
@@ -32,6 +31,8 @@ pub enum ShareError {
         ranks: usize,
         /// Planes along the last axis.
         planes: usize,
+        /// Planes that each needs.
+        least: usize,
     },
 }
 
@@ -44,17 +45,17 @@ impl fmt::Display for ShareError {
             ),
             Self::Method { method } => write!(
                 f,
-                "the method {method} cannot be shared by ranks; simulate and direct can, or take one rank and more threads"
+                "the method {method} cannot be shared by ranks; simulate, direct and admm (by stfas) can, or take one rank and more threads"
             ),
             Self::Feature { feature } => write!(
                 f,
                 "ranks that share a box know no {} yet; leave it out, or take one rank and more threads",
                 feature.name()
             ),
-            Self::Thin { ranks, planes } => write!(
+            Self::Thin { ranks, planes, least } => write!(
                 f,
-                "{ranks} ranks share {planes} planes of cells; each needs at least {THINNEST}, so take {} ranks at most",
-                planes / THINNEST
+                "{ranks} ranks share {planes} planes of cells; each needs at least {least}, so take {} ranks at most",
+                planes / least
             ),
         }
     }
@@ -72,7 +73,12 @@ impl Problem<'_> {
     /// # Errors
     /// [`ShareError`].
     pub(super) fn check_share(&self) -> Result<(), ShareError> {
-        let Some(Share { rank, ranks }) = self.share else {
+        let Some(Share {
+            rank,
+            ranks,
+            reach: least,
+        }) = self.share
+        else {
             return Ok(());
         };
         if rank >= ranks {
@@ -82,8 +88,8 @@ impl Problem<'_> {
             return Ok(());
         }
         let planes = self.cells.last().copied().unwrap_or(1);
-        if planes / THINNEST < ranks {
-            return Err(ShareError::Thin { ranks, planes });
+        if planes < least * ranks {
+            return Err(ShareError::Thin { ranks, planes, least });
         }
         let unshared = [Feature::Solids, Feature::Open];
         match unshared.into_iter().find(|&feature| self.asks_for(feature)) {

@@ -143,7 +143,7 @@ fn check<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<()
         }
         .into());
     }
-    problem.check()?;
+    registry::with_copies(problem, params).check()?;
     if problem.keyframes.is_empty() && registry::steers(params) {
         return Err(ProblemError::NoKeyframe.into());
     }
@@ -152,7 +152,7 @@ fn check<T: Real, S: Space>(problem: &Problem<'_>, params: &Params) -> Result<()
         let method = params.method.name();
         return Err(ProblemError::Unfit { method, feature }.into());
     }
-    if problem.is_shared() && !registry::shares(params) {
+    if problem.is_shared() && registry::reach(params).is_none() {
         let method = params.method.name();
         return Err(ProblemError::Share(ShareError::Method { method }).into());
     }

@@ -110,7 +110,7 @@ fn plan_device(device: &dyn Searching, scene: &Scene, planned: &Planned, mode: M
 fn plan_ranks(scene: &Scene, options: &PlanOptions, ranks: usize, mode: Mode) -> Result<u8, Failure> {
     unshared(scene)?;
     let of_rank = |rank: usize| -> Result<(Range<usize>, Planned), Failure> {
-        let share = Some(Share { rank, ranks });
+        let share = Some(Share::new(rank, ranks));
         let options = PlanOptions { share, ..*options };
         let planned = match options.limit {
             Some(_) => plan::choose(scene, &options)?,

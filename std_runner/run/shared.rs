@@ -15,10 +15,7 @@ use thurible_core::{D2, D3, Exec, Real, Space};
 
 /// Which of the ranks this program is.
 pub(crate) fn share_of(ranks: &dyn Ranks) -> Share {
-    Share {
-        rank: ranks.rank(),
-        ranks: ranks.count(),
-    }
+    Share::new(ranks.rank(), ranks.count())
 }
 
 /// Refuses a scene that ranks cannot share, for what the core does not know of.

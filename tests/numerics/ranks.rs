@@ -5,21 +5,26 @@ use crate::fields::channels::{Channels, with_ranks};
 use core::sync::atomic::Ordering;
 use thurible_core::exec::ranks::{in_order, joined, swap, tell};
 use thurible_core::exec::{Ranks, Together};
-use thurible_core::field::borders::refresh;
-use thurible_core::grid::{Grid, Share};
+use thurible_core::field::borders::{made_here, refresh};
+use thurible_core::grid::tables::Tables;
+use thurible_core::grid::taps::{TRANSFERS, Transfer};
+use thurible_core::grid::{Grid, Share, levels};
+use thurible_core::nso::transfer;
+use thurible_core::words::Named;
 use thurible_core::{
-    Advection, Boundary, D2, D3, Emitter, Exec, Feature, Method, Params, Plan, PlanError, Problem,
-    ProblemError, Real, SavedError, Scheme, Serial, ShareError, Silent, Solver, Space, Status, Supply,
-    Template, TemplateKind,
+    Advection, Boundary, Colours, D2, D3, Emitter, Exec, Feature, Method, NsoSolver, Params, Plan, PlanError,
+    Problem, ProblemError, Real, SavedError, Scheme, Serial, ShareError, Silent, Solver, Space, Status,
+    Supply, Template, TemplateKind,
 };
 
 const W: Boundary = Boundary::Wall;
 const P: Boundary = Boundary::Periodic;
 
-/// A box whose flow is simulated, or steered by the direct method.
+/// A box whose flow is simulated, or steered by the direct method or by ADMM.
 #[derive(Clone, Copy, Debug)]
 struct Case {
     steered: bool,
+    admm: Option<Admm>,
     /// Whether the search begins on coarser grids.
     nested: bool,
     cells: &'static [usize],
@@ -28,6 +33,14 @@ struct Case {
     steps: usize,
     /// What else is asked for: masks, regions, a release, templates.
     more: &'static [Feature],
+}
+
+/// What ADMM is asked for: colours, relaxation, tolerance of the Navier-Stokes problem and its solver.
+#[derive(Clone, Copy, Debug)]
+struct Admm {
+    colours: Colours,
+    relaxation: f64,
+    penalty: f64,
 }
 
 /// A wind, swirls and a pull, each for some of the steps.
@@ -67,6 +80,12 @@ const EMITTERS: [Emitter; 2] = [
     },
 ];
 
+/// Without a jet, which ADMM does not know.
+const STILL: [Emitter; 1] = [Emitter {
+    velocity: None,
+    ..EMITTERS[0]
+}];
+
 impl Case {
     fn asks_for(&self, feature: Feature) -> bool {
         self.more.contains(&feature)
@@ -82,9 +101,17 @@ impl Case {
         Problem {
             steps: self.steps,
             // What is filled up to a target has no mass that a keyframe could take.
-            emitters: if self.steered { &EMITTERS[..1] } else { &EMITTERS },
+            emitters: match (self.steered, self.admm) {
+                (false, _) => &EMITTERS,
+                (true, None) => &EMITTERS[..1],
+                (true, Some(_)) => &STILL,
+            },
             keyframe_weights: if self.steered { &[0.5] } else { &[] },
-            schedule: if self.steered { &[(0, 2.0), (3, 1.0)] } else { &[] },
+            schedule: if self.steered && self.admm.is_none() {
+                &[(0, 2.0), (3, 1.0)]
+            } else {
+                &[]
+            },
             buoyancy: [1e-3, 4e-3, 2e-3],
             viscosity: 1e-4,
             mask: self.asks_for(Feature::Mask),
@@ -113,6 +140,13 @@ impl Case {
             (params.method, params.iterations) = (Method::Direct, 4);
             params.direct.nested = self.nested;
             params.direct.coarse_iterations = Some(3);
+        }
+        if let Some(admm) = self.admm {
+            (params.method, params.iterations) = (Method::Admm, 3);
+            params.admm.nested = self.nested;
+            params.admm.nso.colours = admm.colours;
+            params.admm.relaxation = admm.relaxation;
+            params.admm.penalty = admm.penalty;
         }
         params
     }
@@ -165,10 +199,7 @@ impl Case {
         ranks: Option<&Channels>,
         work: impl FnOnce(&mut Solver<'_, T, S>, &dyn Exec) -> R,
     ) -> Option<R> {
-        let share = ranks.map(|ranks| Share {
-            rank: ranks.rank(),
-            ranks: ranks.count(),
-        });
+        let share = ranks.map(|ranks| Share::new(ranks.rank(), ranks.count()));
         let (problem, params) = (self.problem(share), self.params());
         let plan = Plan::new::<T, S>(&problem, &params).unwrap();
         let mut memory = Memory::new(plan.bytes());
@@ -337,6 +368,7 @@ fn simulate() -> Params {
 
 const QUICK_2D: Case = Case {
     steered: false,
+    admm: None,
     nested: false,
     cells: &[14, 13],
     ends: &[P, W],
@@ -346,6 +378,7 @@ const QUICK_2D: Case = Case {
 };
 const LIMITED_3D: Case = Case {
     steered: false,
+    admm: None,
     nested: false,
     cells: &[9, 7, 8],
     ends: &[W, P, W],
@@ -391,6 +424,7 @@ fn steered() {
 /// Three grids in 2D, two in 3D: of the coarser ones ranks have parts, or all of each where there are too many of them.
 const NESTED_2D: Case = Case {
     steered: true,
+    admm: None,
     nested: true,
     cells: &[64, 32],
     ends: &[P, W],
@@ -403,6 +437,96 @@ const NESTED_3D: Case = Case {
     ends: &[W, P, P],
     ..NESTED_2D
 };
+
+const RED_BLACK: Admm = Admm {
+    colours: Colours::RedBlack,
+    relaxation: 1.0,
+    penalty: 1e3,
+};
+const PAPERS: Admm = Admm {
+    colours: Colours::PowerOfTwo,
+    relaxation: 0.7,
+    ..RED_BLACK
+};
+
+const ALTERNATED: Case = Case {
+    steered: true,
+    admm: Some(RED_BLACK),
+    cells: &[14, 27],
+    more: &[Feature::Regions, Feature::Release],
+    steps: 5,
+    ..QUICK_2D
+};
+
+/// ADMM with the spacetime multigrid: of its coarse grids ranks have parts, or all of each.
+#[test]
+fn alternated() {
+    ALTERNATED.ranks_agree::<f64, D2>(&[2, 3, 5]);
+    // An odd ring has colours of its own.
+    for (ends, cells, counts) in [(&[W, P], &[9, 25], [2, 5]), (&[P, P], &[13, 18], [2, 3])] {
+        let ring = Case {
+            ends,
+            cells,
+            admm: Some(PAPERS),
+            ..ALTERNATED
+        };
+        ring.ranks_agree::<f32, D2>(&counts);
+    }
+    for (ends, cells) in [(&[W, P, W], &[9, 6, 17]), (&[P, W, P], &[6, 7, 15])] {
+        let space = Case {
+            ends,
+            cells,
+            steps: 4,
+            more: &[],
+            ..ALTERNATED
+        };
+        space.ranks_agree::<f32, D3>(&[2, 3]);
+        let papers = Case {
+            admm: Some(PAPERS),
+            ..space
+        };
+        papers.ranks_agree::<f64, D3>(&[3]);
+    }
+    // Where r is so large that the Navier-Stokes problem is damped.
+    let damped = Case {
+        admm: Some(Admm {
+            penalty: 1e-2,
+            ..RED_BLACK
+        }),
+        ..ALTERNATED
+    };
+    damped.ranks_agree::<f64, D2>(&[3]);
+}
+
+/// The same from coarser grids, of which ranks have parts, or all of each and more memory for them.
+#[test]
+fn alternated_from_coarser_grids() {
+    let nested = Case {
+        cells: &[32, 48],
+        nested: true,
+        more: &[],
+        steps: 7,
+        ..ALTERNATED
+    };
+    let on_one_grid = Case {
+        nested: false,
+        ..nested
+    };
+    let bits = |case: Case| case.bits::<f32, D2>(&Serial, None);
+    assert_ne!(bits(nested), bits(on_one_grid));
+    nested.ranks_agree::<f32, D2>(&[2, 5, 9]);
+    let space = Case {
+        cells: &[16, 8, 17],
+        ends: &[P, W, W],
+        ..nested
+    };
+    space.ranks_agree::<f64, D3>(&[2, 3]);
+}
+
+#[test]
+fn states_of_an_alternation() {
+    ALTERNATED.goes_on::<f32, D2>(&[3]);
+}
 
 #[test]
 fn nested() {
@@ -583,6 +707,55 @@ fn long_axes() {
     deep.ranks_agree::<f32, D3>(&[3]);
 }
 
+/// What a rank's own planes of a grid are made of it has of the next one, with the weights of one program; and what it collects residuals from is not the
+/// lowest of what it has, whose residuals would read further.
+#[test]
+fn a_rank_has_what_its_planes_are_made_of() {
+    for n in (10..64).chain([97, 127, 130]) {
+        for (ends, ranks) in [(W, 2), (W, 3), (W, 5), (P, 2), (P, 3)] {
+            let whole = Grid::new(&[3, n], &[W, ends]);
+            for rank in (0..ranks).filter(|_| n >= transfer::REACH * ranks) {
+                let share = Share {
+                    reach: transfer::REACH,
+                    ..Share::new(rank, ranks)
+                };
+                let [own, all] = [whole.shared(Some(share)), whole].map(|grid| levels::hierarchy(&grid));
+                let pairs = own.windows(2).zip(all.windows(2));
+                for (own, all) in pairs.filter(|(own, _)| own[0].is_part()) {
+                    same_taps(own, all);
+                }
+            }
+        }
+    }
+}
+
+fn same_taps(own: &[Grid], all: &[Grid]) {
+    let lens = [own, all].map(|pair| Tables::<f64>::len(&pair[0], &pair[1]));
+    let [(mut i, mut x), (mut j, mut y)] = lens.map(|len| (vec![0; len], vec![0.0; len]));
+    let here = Tables::new(&own[0], &own[1], &mut i, &mut x);
+    let everywhere = Tables::new(&all[0], &all[1], &mut j, &mut y);
+    for transfer in TRANSFERS {
+        let to_finer = matches!(transfer, Transfer::ProlongCell | Transfer::ProlongFace);
+        let (from, to) = if to_finer {
+            (own[1], own[0])
+        } else {
+            (own[0], own[1])
+        };
+        for plane in made_here(&from, &to) {
+            let found: Vec<(usize, f64)> = here.taps(1, transfer, plane).collect();
+            if matches!(transfer, Transfer::CollectCell | Transfer::CollectFace) {
+                let has_below = from.own_planes().start > 0;
+                assert!(!has_below || found.iter().all(|&(plane, _)| plane > 1));
+            }
+            let in_whole = found
+                .iter()
+                .map(|&(plane, weight)| (from.in_whole(1, plane), weight));
+            let expected = everywhere.taps(1, transfer, to.in_whole(1, plane));
+            assert!(in_whole.eq(expected), "{transfer:?} {plane} of {own:?}");
+        }
+    }
+}
+
 /// Each rank holds its slab alone, and the plan says it to the byte.
 #[test]
 fn a_rank_plans_what_it_holds() {
@@ -598,7 +771,7 @@ fn a_rank_plans_what_it_holds() {
     let alone = bytes(None);
     for ranks in [2, 4, 8] {
         for rank in 0..ranks {
-            let share = Share { rank, ranks };
+            let share = Share::new(rank, ranks);
             let own = bytes(Some(share));
             // What does not shrink: copies of four planes, the tables of the axes.
             let planes = 64 / ranks + 4;
@@ -613,7 +786,7 @@ fn a_rank_plans_what_it_holds() {
 
 #[test]
 fn what_ranks_cannot_share_is_refused() {
-    let share = Some(Share { rank: 0, ranks: 4 });
+    let share = Some(Share::new(0, 4));
     let refused = |problem: &Problem<'_>, params: Params| Plan::new::<f32, D2>(problem, &params).unwrap_err();
     let thin = Case {
         cells: &[16, 7],
@@ -621,10 +794,31 @@ fn what_ranks_cannot_share_is_refused() {
     };
     assert_eq!(
         refused(&thin.problem(share), simulate()),
-        PlanError::Problem(ProblemError::Share(ShareError::Thin { ranks: 4, planes: 7 }))
+        PlanError::Problem(ProblemError::Share(ShareError::Thin {
+            ranks: 4,
+            planes: 7,
+            least: 2
+        }))
+    );
+    let admm = Params {
+        method: Method::Admm,
+        ..simulate()
+    };
+    let keyframe = Problem {
+        keyframes: &[2],
+        emitters: &[],
+        ..QUICK_2D.problem(share)
+    };
+    assert_eq!(
+        refused(&keyframe, admm),
+        PlanError::Problem(ProblemError::Share(ShareError::Thin {
+            ranks: 4,
+            planes: 13,
+            least: transfer::REACH
+        }))
     );
     for (rank, ranks) in [(4, 4), (1, 1), (0, 0)] {
-        let share = Share { rank, ranks };
+        let share = Share::new(rank, ranks);
         let error = refused(&QUICK_2D.problem(Some(share)), simulate());
         assert_eq!(
             error,
@@ -648,17 +842,13 @@ fn what_ranks_cannot_share_is_refused() {
     };
     let error = refused(&open, simulate()).to_string();
     assert!(error.contains("open sides"), "{error}");
-    let admm = Params {
-        method: Method::Admm,
-        ..simulate()
-    };
-    let keyframe = Problem {
-        keyframes: &[2],
-        emitters: &[],
-        ..QUICK_2D.problem(share)
-    };
-    let error = refused(&keyframe, admm).to_string();
-    assert!(error.contains("admm cannot be shared by ranks"), "{error}");
+    for method in [Method::Lbfgs, Method::Pd, Method::Admm] {
+        let mut params = Params { method, ..simulate() };
+        params.admm.nso.solver = NsoSolver::NewtonCg;
+        let error = refused(&keyframe, params).to_string();
+        let expected = format!("{} cannot be shared by ranks", method.name());
+        assert!(error.contains(&expected), "{error}");
+    }
 }
 
 #[test]
@@ -699,10 +889,7 @@ fn copies_are_refreshed() {
     for ends in [W, P] {
         for count in 2..=4 {
             let messages = with_ranks(count, |ranks| {
-                let share = Share {
-                    rank: ranks.rank(),
-                    ranks: count,
-                };
+                let share = Share::new(ranks.rank(), count);
                 let whole = Grid::new(&[3, 9], &[W, ends]);
                 let grid = whole.shared(Some(share));
                 let first = grid.first_plane(1);

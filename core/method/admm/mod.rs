@@ -31,7 +31,7 @@ use crate::method::animation::Animation;
 use crate::method::contract::{Contract, Measure, Parts};
 use crate::method::params::Params;
 use crate::method::refusal::PlanError;
-use crate::nso::{Bases, NsoSolver, SmootherMemory, Workspace, newton};
+use crate::nso::{Bases, NsoSolver, SmootherMemory, Workspace, newton, transfer};
 use crate::objective::script::Script;
 use crate::observe::Observer;
 use crate::problem::{Feature, Problem};
@@ -115,6 +115,7 @@ impl<'m, T: Real, S: Space> Admm<'m, T, S> {
             NsoSolver::NewtonCg => newton::measure(levels, &nso, &mut pool),
         }
         self.animation.measure_initial(sweep.threads, ledger);
+        self.measure_coarse(setup, ledger);
     }
 
     fn slots(&self) -> usize {
@@ -176,6 +177,10 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
         chosen.map(with).ok_or(PlanError::TooLarge)
     }
 
+    fn reach(params: &Params) -> Option<usize> {
+        (params.admm.nso.solver == NsoSolver::Stfas).then_some(transfer::REACH)
+    }
+
     fn mix(params: &Params, mix: &mut Mix) {
         params.admm.mix(mix);
     }
@@ -203,27 +208,30 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
 
     fn layout(&mut self, layout: &mut Layout<'_, 'm, T>) -> Result<(), TooSmall> {
         let grid = self.setup.grid;
-        let len = grid.cells() * self.slots();
-        let sums = means::sums_len(&grid, self.slots()).max(2 * grid.rows() + self.slots());
+        let (len, part) = (grid.cells() * self.slots(), grid.part());
+        // A rank has all of coarser grids, which may be more than its part of the finest.
+        let grids = self.animation.levels.grids.iter();
+        let of_means = grids.map(|grid| means::sums_len(grid, self.slots())).max();
+        let sums = of_means.unwrap_or(0).max(2 * grid.rows() + self.slots());
         self.animation.layout(layout, sums)?;
         layout.tables(|arena| {
             self.bases = Bases::carve::<S>(arena, &self.animation.levels)?;
             Ok(())
         })?;
-        layout.keep_vector("force w (AO: direction)", &mut self.w, (S::DIM, len), None)?;
-        layout.keep_vector("target t (AO: v*)", &mut self.target, (S::DIM, len), None)?;
+        layout.keep_vector("force w (AO: direction)", &mut self.w, (S::DIM, len), part)?;
+        layout.keep_vector("target t (AO: v*)", &mut self.target, (S::DIM, len), part)?;
         layout.keep_vector(
             "multiplier lambda / K (NSO: damping)",
             &mut self.multiplier,
             (S::DIM, len),
-            None,
+            part,
         )?;
         if self.setup.params.relaxation != 1.0 {
             let name = "damping of NSO beside the multiplier (beta is not 1)";
-            layout.keep_vector(name, &mut self.spare, (S::DIM, len), None)?;
+            layout.keep_vector(name, &mut self.spare, (S::DIM, len), part)?;
         }
-        layout.keep("pressure p", &mut self.p, len)?;
-        layout.keep("pressure pbar", &mut self.pbar, len)?;
+        layout.keep_fields("pressure p", &mut self.p, (1, len), part)?;
+        layout.keep_fields("pressure pbar", &mut self.pbar, (1, len), part)?;
         let mut region = core::mem::take(&mut self.region);
         let done = layout.in_turn(&mut region, 0, |ledger| self.measure(&self.setup, ledger));
         self.region = region;

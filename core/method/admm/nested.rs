@@ -53,7 +53,7 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
         observer: &mut dyn Observer,
         script: &Script<'_, T>,
     ) -> Result<(), Status> {
-        let Some(setup) = self.coarse_setup(script.fields()) else {
+        let Some(setup) = self.coarse_setup() else {
             return Ok(());
         };
         if self.solve_coarse(exec, observer, &setup, script)? == Status::NotFinite {
@@ -65,41 +65,76 @@ impl<T: Real, S: Space> Admm<'_, T, S> {
     }
 
     /// The setup of the coarse solve on as many threads as its memory allows, or `None` when there is to be no coarse solve.
-    ///
-    /// Whether there is one follows from the problem alone, never from the threads or the use of memory that was planned.
-    fn coarse_setup(&self, fields: usize) -> Option<Setup> {
-        let grids = &self.animation.levels.grids;
-        let (fine, coarse) = (grids.first()?, grids.get(1)?);
-        let room = coarse::scratch_per_thread(fine, self.slots()) <= self.pbar.len();
-        if !(self.setup.params.nested && coarse::large_enough(coarse) && room) {
-            return None;
-        }
-        let least = self.setup.coarsened(*coarse, 1, SmootherMemory::LEAST);
-        if Self::coarse_bytes(&least, fields)? > self.least_region()? {
+    fn coarse_setup(&self) -> Option<Setup> {
+        let coarse = *self.animation.levels.grids.get(1)?;
+        if !self.begins_coarser(&self.setup) {
             return None;
         }
         let fits = |setup: &Setup| {
-            Self::coarse_bytes(setup, fields).is_some_and(|bytes| bytes <= self.region.len() * T::BYTES)
+            Self::coarse_bytes(setup).is_some_and(|bytes| bytes <= self.region.len() * T::BYTES)
         };
-        let ways = SmootherMemory::all::<T, S>(coarse);
+        let ways = SmootherMemory::all::<T, S>(&coarse);
         coarse::halvings(self.threads())
             .flat_map(|threads| ways.clone().map(move |memory| (threads, memory)))
-            .map(|(threads, memory)| self.setup.coarsened(*coarse, threads, memory))
+            .map(|(threads, memory)| self.setup.coarsened(coarse, threads, memory))
             .find(fits)
     }
 
+    /// Whether there is to be a coarse solve of `setup`: that follows from the problem alone, never from the threads, the ranks or the use of memory
+    /// that was planned.
+    fn begins_coarser(&self, setup: &Setup) -> bool {
+        if setup.grid.is_part() {
+            return Self::begins_coarser_in_whole(setup);
+        }
+        let grids = &self.animation.levels.grids;
+        let (Some(fine), Some(coarse)) = (grids.first(), grids.get(1)) else {
+            return false;
+        };
+        let room = coarse::scratch_per_thread(fine, self.slots()) <= fine.cells() * self.slots();
+        if !(setup.params.nested && coarse::large_enough(coarse) && room) {
+            return false;
+        }
+        let least = setup.coarsened(*coarse, 1, SmootherMemory::LEAST);
+        matches!((Self::coarse_bytes(&least), self.least_region(setup)), (Some(coarse), Some(fine)) if coarse <= fine)
+    }
+
+    /// The same where one program has all of the box. A function of its own, since a state takes much of a stack.
+    #[inline(never)]
+    fn begins_coarser_in_whole(setup: &Setup) -> bool {
+        let mut whole = *setup;
+        whole.grid = setup.grid.whole();
+        Self::with(&whole).begins_coarser(&whole)
+    }
+
+    /// Counts the coarse solve where ranks share the box: with all of a coarser grid, or many copies, it may need more than the rest that is used in
+    /// turn.
+    pub(super) fn measure_coarse(&self, setup: &Setup, ledger: &mut Ledger) {
+        let coarse = self.animation.levels.grids.get(1);
+        let Some(coarse) = coarse.filter(|_| setup.grid.is_part() && self.begins_coarser(setup)) else {
+            return;
+        };
+        let least = setup.coarsened(*coarse, 1, SmootherMemory::LEAST);
+        let bytes = Self::coarse_bytes(&least).unwrap_or(usize::MAX);
+        ledger.line(
+            "solve on the next coarser grid",
+            bytes.div_ceil(T::BYTES),
+            T::BYTES,
+        );
+    }
+
     /// Bytes of the region where one thread uses the least memory.
-    fn least_region(&self) -> Option<usize> {
+    fn least_region(&self, setup: &Setup) -> Option<usize> {
         let mut ledger = Ledger::new();
         ledger.group("used in turn", Sharing::InTurn, |ledger| {
-            self.measure(&self.setup.in_space(1, SmootherMemory::LEAST), ledger);
+            self.measure(&setup.in_space(1, SmootherMemory::LEAST), ledger);
         });
         ledger.bytes()
     }
 
     /// Bytes of a coarse solve.
-    fn coarse_bytes(setup: &Setup, fields: usize) -> Option<usize> {
-        coarse_start::bytes::<T, S>(Admm::with(setup), fields, &mut Ledger::new())
+    #[inline(never)]
+    fn coarse_bytes(setup: &Setup) -> Option<usize> {
+        coarse_start::bytes::<T, S>(Admm::with(setup), setup.fields, &mut Ledger::new())
     }
 
     /// Solves the coarse scene in `region` and prolongs its flow.

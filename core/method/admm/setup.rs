@@ -21,6 +21,8 @@ pub struct Setup {
     pub params: AdmmParams,
     /// How the smoother uses memory.
     pub memory: SmootherMemory,
+    /// Fields of the script.
+    pub fields: usize,
     /// Outer iterations at most.
     pub iterations: usize,
 }
@@ -41,6 +43,7 @@ impl Setup {
             },
             params: admm,
             memory: admm.memory.unwrap_or(SmootherMemory::LEAST),
+            fields: problem.fields(),
             iterations: params.iterations,
         }
     }

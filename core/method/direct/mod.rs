@@ -24,6 +24,7 @@ use crate::checkpoint::{Damaged, MANY, Mix, Record};
 use crate::exec::Exec;
 use crate::field::Vector;
 use crate::grid::{Grid, Space};
+use crate::memory::part::REACH;
 use crate::memory::{Layout, TooSmall, Visit};
 use crate::method::animation::Animation;
 use crate::method::contract::{Contract, Measure, Parts, fits, pairs_that_fit};
@@ -139,8 +140,8 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Direct<'m, T, S> {
         }
     }
 
-    fn shares(_: &Params) -> bool {
-        true
+    fn reach(_: &Params) -> Option<usize> {
+        Some(REACH)
     }
 
     fn most_iterations(problem: &Problem<'_>, params: &Params) -> usize {

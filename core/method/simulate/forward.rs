@@ -12,6 +12,7 @@ use crate::checkpoint::{Damaged, Mix, Record};
 use crate::exec::Exec;
 use crate::field::{Vector, VectorMut, view};
 use crate::grid::Space;
+use crate::memory::part::REACH;
 use crate::memory::{Layout, Pool, Sharing, TooSmall};
 use crate::method::animation::Animation;
 use crate::method::contract::{Contract, Parts};
@@ -79,8 +80,8 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Simulation<'m, T, S> {
     }
 
     /// What pushes smoke to a keyframe, and guidance, read further than ranks have copies.
-    fn shares(params: &Params) -> bool {
-        params.method == Method::Simulate
+    fn reach(params: &Params) -> Option<usize> {
+        (params.method == Method::Simulate).then_some(REACH)
     }
 
     fn mix(params: &Params, mix: &mut Mix) {
