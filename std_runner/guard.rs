@@ -29,6 +29,7 @@ pub(crate) fn guarded<R>(work: impl FnOnce() -> R) -> Option<R> {
 }
 
 #[cfg(test)]
+#[expect(clippy::panic, reason = "a test of panics")]
 mod tests {
     use super::guarded;
 

@@ -3,6 +3,7 @@
 use super::flow;
 use super::prepared::{in_block, no_memory};
 use thurible::exit::Failure;
+use thurible_core::exec::ranks::Alone;
 use thurible_core::field::VectorMut;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
@@ -144,7 +145,9 @@ impl Case {
         let mut levels = self.bare(grid);
         levels.fill(arena)?;
         if let Some(obstacle) = self.obstacle {
-            levels.set_solids(|cell| obstacle.has(grid, grid.cell_at(cell / grid.n[0], cell % grid.n[0])));
+            levels.set_solids(&Alone, |cell| {
+                obstacle.has(grid, grid.cell_at(cell / grid.n[0], cell % grid.n[0]))
+            });
         }
         let bases = Bases::<T>::carve::<S>(arena, &levels)?;
         let mut target = flow::synthetic::<T, S>(grid, setup.slots, self.courant);

@@ -155,6 +155,30 @@ impl<'a, T: Real> Turned<'a, T> {
     }
 }
 
+impl<T: Real> Turned<'_, T> {
+    /// Calls `work` with the rank's columns of `from` along the last axis, of so many values across, and with room for what they become in `to`;
+    /// the copies of what other ranks have are right then. It is to have been carved for two fields.
+    pub fn along_last(
+        &mut self,
+        exec: &dyn Exec,
+        grid: &Grid,
+        from: &[T],
+        to: &mut [T],
+        work: impl FnOnce(usize, &[T], &mut [T]),
+    ) {
+        let ranks = exec.ranks();
+        let deal = Deal::new(grid, ranks.rank(), ranks.count());
+        let own = deal.columns(deal.rank).len();
+        let len = deal.whole.planes() * own;
+        let (before, after) = self.columns.split_at_mut_checked(len).unwrap_or_default();
+        deal.turn_to_columns(ranks, 1, (Held::Slabs, from), before, self.message);
+        let after = part_mut(after, 0..len);
+        work(own, before, after);
+        deal.turn_to_planes(ranks, 1, after, (Held::Slabs, &mut *to), self.message);
+        borders::refresh(exec, grid, to);
+    }
+}
+
 /// Calls `transform` for each of `count` fields.
 fn each<T: Real>(
     work: &dyn Exec,

@@ -7,6 +7,8 @@ use super::Grid;
 use super::solids::{self, Solids};
 use super::spectrum::Spectrum;
 use super::tables::Tables;
+use crate::exec::Ranks;
+use crate::exec::ranks::Alone;
 use crate::memory::{Arena, TooSmall};
 use crate::real::Real;
 
@@ -155,7 +157,10 @@ impl<'m, T: Real> Levels<'m, T> {
             rest = after;
         }
         (self.eigenvectors, self.solids, self.bare) = (eigenvectors, solids, false);
-        self.set_solids(|_| false);
+        // Where ranks share the box the others are asked first.
+        if !self.finest.is_part() {
+            self.set_solids(&Alone, |_| false);
+        }
         Ok(())
     }
 
@@ -176,8 +181,8 @@ impl<'m, T: Real> Levels<'m, T> {
         Solids::new(self.solids.get(begin..end).unwrap_or(&[]), self.obstacles)
     }
 
-    /// Sets which cells of the finest grid are solid, and what follows for the coarser ones.
-    pub fn set_solids(&mut self, solid: impl Fn(usize) -> bool) {
+    /// Sets which cells of the finest grid are solid, of a part of it the rank's own, and what follows for the coarser ones.
+    pub fn set_solids(&mut self, ranks: &dyn Ranks, solid: impl Fn(usize) -> bool) {
         let finest = self.finest.cells();
         let Some((mut fine, mut rest)) = self.solids.split_at_mut_checked(finest) else {
             return;
@@ -185,12 +190,12 @@ impl<'m, T: Real> Levels<'m, T> {
         for (cell, bits) in fine.iter_mut().enumerate() {
             *bits = if solid(cell) { solids::SOLID } else { 0 };
         }
-        solids::fill(&self.finest, fine);
+        solids::fill(ranks, &self.finest, fine);
         for pair in self.grids.windows(2) {
             let Some((coarse, after)) = rest.split_at_mut_checked(pair[1].cells()) else {
                 return;
             };
-            solids::coarsen(&pair[0], fine, &pair[1], coarse);
+            solids::coarsen(ranks, &pair[0], fine, &pair[1], coarse);
             (fine, rest) = (coarse, after);
         }
     }

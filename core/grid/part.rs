@@ -5,6 +5,9 @@
 //! reads further than the copies reach.
 
 use super::{Axis, Boundary, Grid, Part, Share};
+use crate::exec::ranks::{Ranks, refresh, tell};
+use crate::memory::part::cut;
+use crate::memory::{Held, Plain};
 use core::ops::Range;
 
 impl Grid {
@@ -125,7 +128,36 @@ impl Grid {
     }
 }
 
-/// How the last axis of a box that ranks share ends: no open box is shared.
+/// Brings a field up to date that was passed from grid `source` to grid `target`, of the faces of `axis` or of cells: the copies of its neighbours' planes; or
+/// where a rank has all of the coarser grid and a part of the finer one, what the others have [made](made_here).
+pub fn settle<P: Plain + Default>(
+    ranks: &dyn Ranks,
+    [source, target]: [&Grid; 2],
+    axis: Option<usize>,
+    field: &mut [P],
+) {
+    let (Some(part), None) = (source.part(), target.part()) else {
+        return refresh(ranks, Held::of(target.part(), target.dims, axis), field);
+    };
+    let plane = field.len() / target.planes().max(1);
+    for rank in 0..part.share.ranks {
+        let planes = cut(target.planes(), 1, rank, part.share.ranks);
+        if let Some(made) = field.get_mut(planes.start * plane..planes.end * plane) {
+            tell(ranks, rank, made);
+        }
+    }
+}
+
+/// The planes of `target` that this rank makes of what it has of `source`.
+#[must_use]
+pub fn made_here(source: &Grid, target: &Grid) -> Range<usize> {
+    match (source.part(), target.part()) {
+        (Some(part), None) => cut(target.planes(), 1, part.share.rank, part.share.ranks),
+        _ => target.own_planes(),
+    }
+}
+
+/// How the last axis of a box that ranks share ends: an open one is not shared.
 fn ends(part: Part) -> Boundary {
     if part.ring {
         Boundary::Periodic

@@ -6,7 +6,9 @@
 //! A cell outside the box has no density, as a solid one, and no pressure. Faces between two of them, or between one and a solid cell, are
 //! closed; the face between one and the fluid is an exit: the flow passes freely, smoke leaves by it, and none comes in.
 
+use super::part::settle;
 use super::{Axis, D2, D3, Grid, Side, Space};
+use crate::exec::Ranks;
 use crate::real::Real;
 use core::ops::Range;
 
@@ -146,10 +148,10 @@ impl<'a> Solids<'a> {
     }
 }
 
-/// Fills the table of `grid` from [`SOLID`] of each cell inside.
-pub fn fill(grid: &Grid, bits: &mut [u16]) {
+/// Fills the table of `grid` from [`SOLID`] of each cell inside; of a box that ranks share, of each of the rank's own.
+pub fn fill(ranks: &dyn Ranks, grid: &Grid, bits: &mut [u16]) {
     set_outside(grid, bits);
-    close(grid, bits, |bits, cell, low, _| {
+    close((ranks, [grid; 2]), bits, |bits, cell, low, _| {
         let (both, either) = (bits[cell] & bits[low], bits[cell] | bits[low]);
         // Outside cells are solid too: two solid cells, or one inside.
         both & SOLID != 0 || either & (SOLID | OUTSIDE) == SOLID
@@ -194,15 +196,27 @@ fn faces_along(fine: Axis, coarse: Axis, at: usize) -> [usize; 2] {
 
 /// Fills the table of `coarse` from that of `fine`: a cell is solid where all cells are that it reaches into, and a face closed where all fine
 /// faces are that it is made of, those which restriction takes the mean of.
-pub fn coarsen(fine: &Grid, table: &[u16], coarse: &Grid, bits: &mut [u16]) {
+pub fn coarsen(ranks: &dyn Ranks, fine: &Grid, table: &[u16], coarse: &Grid, bits: &mut [u16]) {
     let children = |axis: usize, at: usize| match axis < coarse.dims {
-        true => children_along(fine.axis(axis), coarse.axis(axis), at),
+        true => children_along(
+            fine.whole_axis(axis),
+            coarse.whole_axis(axis),
+            coarse.in_whole(axis, at),
+        ),
         false => 0..1,
+    };
+    let last = fine.dims - 1;
+    // Of what only copies are made of not all is here: they become what their owner has.
+    let has_all = |mut at: [usize; 3], has: u16| {
+        fine.here(last, at[last]).is_none_or(|here| {
+            at[last] = here;
+            table[fine.index(at)] & has != 0
+        })
     };
     let all = |ranges: [Range<usize>; 3], has: u16| {
         let [x, y, z] = ranges;
         z.flat_map(|z| y.clone().map(move |y| (y, z)))
-            .all(|(y, z)| x.clone().all(|x| table[fine.index([x, y, z])] & has != 0))
+            .all(|(y, z)| x.clone().all(|x| has_all([x, y, z], has)))
     };
     for row in 0..coarse.rows() {
         for x in 0..coarse.n[0] {
@@ -212,9 +226,10 @@ pub fn coarsen(fine: &Grid, table: &[u16], coarse: &Grid, bits: &mut [u16]) {
         }
     }
     set_outside(coarse, bits);
-    close(coarse, bits, |_, cell, _, axis| {
+    close((ranks, [fine, coarse]), bits, |_, cell, _, axis| {
         let at = coarse.cell_at(cell / coarse.n[0], cell % coarse.n[0]);
-        let around = faces_along(fine.axis(axis), coarse.axis(axis), at[axis]);
+        let place = coarse.in_whole(axis, at[axis]);
+        let around = faces_along(fine.whole_axis(axis), coarse.whole_axis(axis), place);
         around.into_iter().all(|face| {
             let of = |other| {
                 if other == axis {
@@ -228,8 +243,15 @@ pub fn coarsen(fine: &Grid, table: &[u16], coarse: &Grid, bits: &mut [u16]) {
     });
 }
 
-/// Sets the bits of faces by what `is_closed` says of a cell, the cell below it and the axis between, then those of plaquettes.
-fn close(grid: &Grid, bits: &mut [u16], is_closed: impl Fn(&[u16], usize, usize, usize) -> bool) {
+/// Sets the bits of faces by what `is_closed` says of a cell, the cell below it and the axis between, then those of plaquettes. The second of the grids is
+/// that of the table, which ranks bring up to date after each; the first is what it is made of.
+fn close(
+    (ranks, grids): (&dyn Ranks, [&Grid; 2]),
+    bits: &mut [u16],
+    is_closed: impl Fn(&[u16], usize, usize, usize) -> bool,
+) {
+    let grid = grids[1];
+    settle(ranks, grids, None, bits);
     for cell in 0..grid.cells() {
         let at = grid.cell_at(cell / grid.n[0], cell % grid.n[0]);
         for axis in 0..grid.dims {
@@ -243,6 +265,7 @@ fn close(grid: &Grid, bits: &mut [u16], is_closed: impl Fn(&[u16], usize, usize,
             }
         }
     }
+    settle(ranks, grids, None, bits);
     let pairs = if grid.dims == 2 { D2::PAIRS } else { D3::PAIRS };
     for cell in 0..grid.cells() {
         let at = grid.cell_at(cell / grid.n[0], cell % grid.n[0]);
@@ -257,4 +280,5 @@ fn close(grid: &Grid, bits: &mut [u16], is_closed: impl Fn(&[u16], usize, usize,
             }
         }
     }
+    settle(ranks, grids, None, bits);
 }

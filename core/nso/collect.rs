@@ -6,7 +6,8 @@ use super::residual;
 use super::window::{NEAR, Near, Window, near};
 use crate::exec::{Exec, Planes, RowBuffers, for_rows_across};
 use crate::field::transfer::{Place, along};
-use crate::field::{Block, borders, rows};
+use crate::field::{Block, rows};
+use crate::grid::part::made_here;
 use crate::grid::tables::Tables;
 use crate::grid::taps::Transfer;
 use crate::grid::{Grid, Space};
@@ -38,7 +39,7 @@ impl<T: Real> Slab<'_, T> {
     /// `sides` = f_coarse(R x) + R(residual), block of slots after block.
     pub(super) fn collect<S: Space>(&mut self, exec: &dyn Exec) {
         let room = NEAR.min(self.fine.grid.planes());
-        let made = borders::made_here(self.fine.grid, self.coarse.grid);
+        let made = made_here(self.fine.grid, self.coarse.grid);
         let (first, end) = (self.planes.start.max(made.start), self.planes.end.min(made.end));
         for block in Block::all(self.fine.grid, self.fine.slots) {
             let mut start = first;

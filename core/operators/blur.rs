@@ -8,11 +8,11 @@
 use crate::exec::{Exec, RowBuffers, Serial, for_rows};
 use crate::field::turned::Turned;
 use crate::field::{rows, transform};
-use crate::grid::Grid;
 use crate::grid::gaussian::Gaussian;
 use crate::grid::levels::Levels;
 use crate::grid::solids::Solids;
 use crate::grid::spectrum::Spectrum;
+use crate::grid::{Boundary, Grid};
 use crate::memory::{Pool, pooled};
 use crate::real::Real;
 use core::ops::Range;
@@ -69,7 +69,8 @@ impl<'a, T: Real> Blur<'a, T> {
             solids,
             spectrum: (!solids.there()).then(|| hierarchy.spectrum(level)),
             work: [(); 2].map(|()| pool.take("field", Self::work_len(grid, solids))),
-            turned: Turned::carve(grid, 1, pool),
+            // Among solid cells a Gaussian goes from columns to other ones.
+            turned: Turned::carve(grid, if solids.there() { 2 } else { 1 }, pool),
             scratch: pool.take("rows", Self::scratch_len(grid, solids, metric.filters, threads)),
         })
     }
@@ -112,13 +113,14 @@ impl<'a, T: Real> Blur<'a, T> {
                 rows::scale(out, identity, e);
                 solids.clear_cells(grid.n[0], out);
                 let work = work.each_mut().map(|field| &mut **field);
-                add_by_rows(exec, (grid, *solids), *filters, e, out, work, scratch);
+                add_by_rows(exec, (grid, *solids), *filters, e, out, work, (turned, scratch));
             }
         }
     }
 }
 
-/// `out +=` the sum over j of G_j G_j e, along one axis after the other; solid cells have no part in it. `scratch` is that of [`along`].
+/// `out +=` the sum over j of G_j G_j e, along one axis after the other; solid cells have no part in it. `scratch` is that of
+/// [`along`]; where ranks share the box, they turn it in `turned`.
 pub fn add_by_rows<T: Real>(
     exec: &dyn Exec,
     (grid, solids): (&Grid, Solids<'_>),
@@ -126,21 +128,41 @@ pub fn add_by_rows<T: Real>(
     e: &[T],
     out: &mut [T],
     [mut blurred, mut next]: [&mut [T]; 2],
-    scratch: &mut [T],
+    (turned, scratch): (&mut Turned<'_, T>, &mut [T]),
 ) {
+    let last = grid.dims - 1;
     for j in 1..=filters {
         let gaussian = Gaussian::new(j);
         blurred.copy_from_slice(e);
         for _ in 0..2 {
             solids.clear_cells(grid.n[0], blurred);
             for axis in 0..grid.dims {
-                along(exec, (grid, axis), gaussian, blurred, next, scratch);
+                if grid.is_part() && axis == last {
+                    turned.along_last(exec, grid, blurred, next, |columns, blurred, next| {
+                        if let Some(grid) = across(grid, columns) {
+                            along(exec, (&grid, 1), gaussian, blurred, next, scratch);
+                        }
+                    });
+                } else {
+                    along(exec, (grid, axis), gaussian, blurred, next, scratch);
+                }
                 core::mem::swap(&mut blurred, &mut next);
             }
         }
         solids.clear_cells(grid.n[0], blurred);
         rows::add(out, blurred);
     }
+}
+
+/// Some columns of a box along its last axis, side by side; `None` where there are none.
+fn across(grid: &Grid, columns: usize) -> Option<Grid> {
+    let last = grid.whole_axis(grid.dims - 1);
+    let end = if last.is_ring() {
+        Boundary::Periodic
+    } else {
+        Boundary::Wall
+    };
+    (columns > 0).then(|| Grid::new(&[columns, last.cells()], &[Boundary::Wall, end]))
 }
 
 /// Taps on one side of the widest of some Gaussians.

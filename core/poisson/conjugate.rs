@@ -7,7 +7,10 @@
 
 use super::eigen;
 use crate::exec::Exec;
+use crate::exec::ranks::in_order;
 use crate::field::rows::{self, part, part_mut};
+use crate::field::sums::{NOTHING, largest_of};
+use crate::field::turned::Turned;
 use crate::grid::solids::{Solids, closed};
 use crate::grid::spectrum::Spectrum;
 use crate::grid::{Grid, Side};
@@ -23,7 +26,7 @@ pub const FIELDS: usize = 3;
 
 /// `field`, a right-hand side at the cells of one slot, becomes q with div grad q = right-hand side through open faces, until no residual is
 /// above `goal`. `work` holds [`FIELDS`] fields. With an `importance`, a field of cells, div W^-2 grad q is solved for. The box's own solves, which
-/// take most of it, are on the threads of `exec`.
+/// take most of it, are on the threads of `exec`; where ranks share the box they turn it in `turned`.
 pub fn solve<T: Real>(
     exec: &dyn Exec,
     (grid, spectrum, solids): (&Grid, &Spectrum<'_, T>, Solids<'_>),
@@ -31,6 +34,7 @@ pub fn solve<T: Real>(
     importance: Option<&[T]>,
     field: &mut [T],
     work: &mut [T],
+    turned: &mut Turned<'_, T>,
     scratch: &mut [T],
 ) {
     let cells = grid.cells();
@@ -40,17 +44,21 @@ pub fn solve<T: Real>(
     // A q = -right-hand side, from q = 0.
     rows::scale(residual, -T::ONE, field);
     field.fill(T::ZERO);
-    let precondition = |residual: &[T], out: &mut [T], scratch: &mut [T]| {
+    let mut precondition = |residual: &[T], out: &mut [T]| {
         out.copy_from_slice(residual);
-        eigen::solve(exec, (grid, spectrum), out, scratch);
+        if grid.is_part() {
+            eigen::solve_turned(exec, (grid, spectrum), out, turned, scratch);
+        } else {
+            eigen::solve(exec, (grid, spectrum), out, scratch);
+        }
         rows::scale_in_place(out, -T::ONE);
         solids.clear_cells(grid.n[0], out);
     };
-    precondition(residual, direction, scratch);
-    let mut slope = rows::dot(residual, direction);
+    precondition(residual, direction);
+    let mut slope = dot(exec, grid, residual, direction);
     let steps = importance.map_or(STEPS, |_| WEIGHTED_STEPS);
     for _ in 0..steps {
-        if !(slope > 0.0) || !(rows::max_abs(residual) > goal) {
+        if !(slope > 0.0) || !(largest(exec, grid, residual) > goal) {
             return;
         }
         match importance {
@@ -61,13 +69,40 @@ pub fn solve<T: Real>(
             // What passes exits ends outside, where there is no equation.
             solids.clear_cells(grid.n[0], image);
         }
-        let length = T::from_f64(slope / rows::dot(direction, image));
+        let length = T::from_f64(slope / dot(exec, grid, direction, image));
         rows::add_scaled(field, length, direction);
         rows::add_scaled(residual, -length, image);
-        precondition(residual, image, scratch);
-        let next = rows::dot(residual, image);
+        precondition(residual, image);
+        let next = dot(exec, grid, residual, image);
         rows::combine(direction, T::from_f64(next / slope), image);
         slope = next;
+    }
+}
+
+/// The sum of products, row by row, and on from rank to rank.
+fn dot<T: Real>(exec: &dyn Exec, grid: &Grid, x: &[T], y: &[T]) -> f64 {
+    let n = grid.n[0];
+    let go_on = |sum: &mut [f64]| {
+        let of_row = |row: usize| rows::dot(part(x, row * n..(row + 1) * n), part(y, row * n..(row + 1) * n));
+        sum[0] = grid.own_rows().map(of_row).fold(sum[0], |sum, own| sum + own);
+    };
+    let mut sum = [NOTHING];
+    if grid.is_part() {
+        in_order(exec.ranks(), &mut sum, go_on);
+    } else {
+        go_on(&mut sum);
+    }
+    sum[0]
+}
+
+/// max |x| of all ranks.
+fn largest<T: Real>(exec: &dyn Exec, grid: &Grid, x: &[T]) -> f64 {
+    let own = grid.own_rows();
+    let largest = rows::max_abs(part(x, own.start * grid.n[0]..own.end * grid.n[0]));
+    if grid.is_part() {
+        largest_of(exec.ranks(), largest)
+    } else {
+        largest
     }
 }
 

@@ -96,14 +96,26 @@ impl<'a, T: Real> Spectral<'a, T> {
         let obstacles = solids.obstacles();
         let fields = if obstacles { conjugate::FIELDS } else { 0 };
         let work = &mut self.work[..fields * grid.cells() * batch.count];
-        if grid.is_part() {
+        if grid.is_part() && !obstacles {
             let spectrum = (grid, spectrum);
             eigen::solve_turned(exec, spectrum, q, &mut self.turned, self.scratch);
             return observer.on(Event::Work);
         }
+        if grid.is_part() {
+            let cells = grid.cells().max(1);
+            for (q, work) in q
+                .chunks_exact_mut(cells)
+                .zip(work.chunks_exact_mut(conjugate::FIELDS * cells))
+            {
+                let (grids, turned) = ((grid, spectrum, solids), &mut self.turned);
+                conjugate::solve(exec, grids, goal, importance, q, work, turned, self.scratch);
+            }
+            return observer.on(Event::Work);
+        }
         let one = |exec: &dyn Exec, q: &mut [T], work: &mut [T], scratch: &mut [T]| {
             if obstacles {
-                conjugate::solve(exec, (grid, spectrum, solids), goal, importance, q, work, scratch);
+                let (grids, turned) = ((grid, spectrum, solids), &mut Turned::default());
+                conjugate::solve(exec, grids, goal, importance, q, work, turned, scratch);
             } else {
                 eigen::solve(exec, (grid, spectrum), q, scratch);
             }

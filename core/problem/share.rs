@@ -1,8 +1,7 @@
 //! What ranks that share a box cannot do.
 
-use super::{Feature, Problem};
-use crate::grid::Share;
-use crate::words::Named;
+use super::Problem;
+use crate::grid::{Boundary, Share};
 use core::fmt;
 
 /// Why ranks cannot share a problem.
@@ -20,11 +19,8 @@ pub enum ShareError {
         /// Its name.
         method: &'static str,
     },
-    /// Ranks know no such thing.
-    Feature {
-        /// What the problem asks for.
-        feature: Feature,
-    },
+    /// The axis along which the box is cut is open.
+    Open,
     /// There are more ranks than the box has planes for.
     Thin {
         /// The ranks.
@@ -45,17 +41,16 @@ impl fmt::Display for ShareError {
             ),
             Self::Method { method } => write!(
                 f,
-                "the method {method} cannot be shared by ranks; simulate, direct and admm (by stfas) can, or take one rank and more threads"
+                "the method {method} cannot be shared by ranks; simulate, direct and admm can, or take one rank and more threads"
             ),
-            Self::Feature { feature } => write!(
+            Self::Open => write!(
                 f,
-                "ranks that share a box know no {} yet; leave it out, or take one rank and more threads",
-                feature.name()
+                "ranks cut the box along its last axis, which has an open side; close it, or take one rank and more threads"
             ),
             Self::Thin { ranks, planes, least } => write!(
                 f,
                 "{ranks} ranks share {planes} planes of cells; each needs at least {least}, so take {} ranks at most",
-                planes / least
+                planes / (*least).max(1)
             ),
         }
     }
@@ -88,13 +83,13 @@ impl Problem<'_> {
             return Ok(());
         }
         let planes = self.cells.last().copied().unwrap_or(1);
-        if planes < least * ranks {
+        if planes / least.max(1) < ranks {
             return Err(ShareError::Thin { ranks, planes, least });
         }
-        let unshared = [Feature::Solids, Feature::Open];
-        match unshared.into_iter().find(|&feature| self.asks_for(feature)) {
-            Some(feature) => Err(ShareError::Feature { feature }),
-            None => Ok(()),
+        let last = self.boundary.last().copied().unwrap_or_default();
+        match last {
+            Boundary::Wall | Boundary::Periodic => Ok(()),
+            _ => Err(ShareError::Open),
         }
     }
 }

@@ -11,10 +11,12 @@ use crate::real::Real;
 impl<'m, T: Real, S: Space> Solver<'m, T, S> {
     /// Lets `ranks` share the solve, each with the part of its problem's [`share`](crate::Problem::share); before anything is set. From now on
     /// every `exec` has to be one of these ranks, [`Together`](crate::exec::Together). The first rank is asked, all others [follow](Self::follow) until they are
-    /// [dismissed](Self::dismiss).
+    /// [dismissed](Self::dismiss). Among obstacles and with open sides all ranks call this at the same time, and nothing is known of cells before.
     pub fn share(&mut self, ranks: &'m dyn Ranks) {
         if self.grid().is_part() {
             self.shared.ranks = Some(ranks);
+            let levels = &mut self.engine.get_mut().parts().animation.levels;
+            levels.set_solids(ranks, |_| false);
         }
     }
 
@@ -36,6 +38,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
             tell(ranks, 0, &mut words);
             let [verb, a, b, c] = words;
             match Verb::ALL.get(verb) {
+                Some(Verb::Solids) => self.take_solids(&[]),
                 Some(Verb::Source) => self.take_source(&[], [0.0; 2]),
                 Some(Verb::Emitter) => self.take_emitter(a, &[]),
                 Some(Verb::Part) => self.put_field(a, &[]),

@@ -4,6 +4,7 @@ use super::layout::{FileLayout, Run, finite};
 use super::shared::Verb;
 use super::{InputError, Solver};
 use crate::checkpoint::Mix;
+use crate::exec::ranks::Alone;
 use crate::field::rows;
 use crate::grid::Space;
 use crate::grid::levels::Levels;
@@ -24,21 +25,35 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         if solid.iter().all(|&solid| solid) {
             return Err(InputError::NoFluid);
         }
-        let levels = &mut self.engine.get_mut().parts().animation.levels;
-        put_solids(levels, solid);
+        self.shared.ask(Verb::Solids, [0; 3]);
+        self.take_solids(solid);
+        Ok(())
+    }
+
+    /// Takes which cells are solid, which the first rank has checked.
+    pub(super) fn take_solids(&mut self, solid: &[bool]) {
         let mut mix = Mix::new();
         solid.iter().for_each(|&solid| mix.word(u64::from(solid)));
-        self.solid_print = mix.finish();
+        self.solid_print = self.shared.told_word(mix.finish());
+        let levels = &mut self.engine.get_mut().parts().animation.levels;
+        match self.shared.ranks {
+            Some(ranks) => self.shared.put_solids(ranks, levels, solid),
+            None => put_solids(levels, solid),
+        }
         (self.prepared, self.finished) = (None, false);
-        Ok(())
     }
 
     /// Whether the cell at (x, y, z) is solid.
     #[must_use]
     pub fn is_solid(&self, at: [usize; 3]) -> bool {
-        let (grid, inside) = (self.grid(), self.grid().inside());
-        let [x, y, z] = core::array::from_fn(|axis| inside[axis].start + at[axis]);
-        let row = self.animation().levels.solids(0).row(grid.n[0], grid.row(y, z));
+        let whole = self.grid().whole();
+        let inside = whole.inside();
+        let at @ [x, y, z] = core::array::from_fn(|axis| inside[axis].start + at[axis]);
+        if self.is_shared() {
+            let place = FileLayout::of_cells(&whole).place(at);
+            return place.is_some_and(|place| self.shared.is_solid(place));
+        }
+        let row = self.animation().levels.solids(0).row(whole.n[0], whole.row(y, z));
         row.get(x).is_some_and(|bits| bits & SOLID != 0)
     }
 
@@ -126,12 +141,12 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
             return Err(InputError::Index { given: 0, count: 0 });
         }
         let index = self.lists.mask_begins();
-        self.set_part(index, mask)?;
-        let (grid, cells) = (*self.grid(), self.grid().cells());
-        if !grid.is_open() {
-            return Ok(());
-        }
-        // An exit has the mask of the cell inside.
+        self.set_part(index, mask)
+    }
+
+    /// Gives exits the mask of the cell inside.
+    fn extend_mask(&mut self) {
+        let (grid, cells, index) = (*self.grid(), self.grid().cells(), self.lists.mask_begins());
         let inside = grid.inside();
         if let Some(field) = self.fields.get_mut(index * cells..(index + 1) * cells) {
             for cell in 0..cells {
@@ -140,7 +155,6 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
                 field[cell] = field[grid.index(nearest)];
             }
         }
-        Ok(())
     }
 
     /// Writes field `index` of the script, of values from 0 to 1 that are not 0 everywhere.
@@ -162,6 +176,9 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
             self.shared.put((&grid, None), values, T::ONE, field);
         }
         self.clear_field(index);
+        if grid.is_open() && self.lists.mask && index == self.lists.mask_begins() {
+            self.extend_mask();
+        }
         self.finished = false;
     }
 
@@ -183,7 +200,10 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         check(density, layout.len())?;
         let mass = layout.runs().fold(0.0, |sum, Run { row, x, file, count }| {
             let table = solids.row(n, row);
-            let in_fluid = |&(at, _): &(usize, &T)| table.get(x + at).is_none_or(|bits| bits & SOLID == 0);
+            let in_fluid = |&(at, _): &(usize, &T)| match self.is_shared() {
+                true => !self.shared.is_solid(file + at),
+                false => table.get(x + at).is_none_or(|bits| bits & SOLID == 0),
+            };
             rows::part(density, file..file + count)
                 .iter()
                 .enumerate()
@@ -232,7 +252,7 @@ pub(crate) fn check_solids<T: Real>(levels: &Levels<'_, T>, solid: &[bool]) -> R
     if !levels.solids(0).obstacles() {
         return Err(InputError::Index { given: 0, count: 0 });
     }
-    let (expected, given) = (FileLayout::of_cells(&levels.finest).len(), solid.len());
+    let (expected, given) = (FileLayout::of_cells(&levels.finest.whole()).len(), solid.len());
     if given != expected {
         return Err(InputError::Length { expected, given });
     }
@@ -243,7 +263,7 @@ pub(crate) fn check_solids<T: Real>(levels: &Levels<'_, T>, solid: &[bool]) -> R
 pub(crate) fn put_solids<T: Real>(levels: &mut Levels<'_, T>, solid: &[bool]) {
     let grid = levels.finest;
     let layout = FileLayout::of_cells(&grid);
-    levels.set_solids(|cell| {
+    levels.set_solids(&Alone, |cell| {
         let place = layout.place(grid.cell_at(cell / grid.n[0], cell % grid.n[0]));
         place.and_then(|place| solid.get(place)).copied().unwrap_or(false)
     });

@@ -103,7 +103,7 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
             release.layout(&mut Layout::carve(&mut arena)).map_err(short)?;
         }
         let (lists, fields) = script::carve(problem, &mut arena).map_err(short)?;
-        let piece = script::carve_piece(problem, &mut arena).map_err(short)?;
+        let (piece, solid) = script::carve_shared(problem, &mut arena).map_err(short)?;
         debug_assert_eq!(arena.left(), 0, "planned and carved bytes differ");
         Ok(Self {
             engine,
@@ -122,7 +122,11 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
             fingerprint: fingerprint::<T, S>(problem, &plan.params),
             solid_print: 0,
             saved_bytes: plan.saved_bytes(),
-            shared: Shared { ranks: None, piece },
+            shared: Shared {
+                ranks: None,
+                piece,
+                solid,
+            },
         })
     }
 

@@ -1,6 +1,6 @@
 //! The script of a solve in its block: lists that follow from the problem, and fields that are given.
 
-use super::shared::piece_len;
+use super::shared::{piece_len, solid_len};
 use crate::memory::{Arena, Ledger, TooSmall};
 use crate::objective::script::Lists;
 use crate::problem::{Problem, Supply};
@@ -11,21 +11,28 @@ pub(super) fn measure<T: Real>(problem: &Problem<'_>, ledger: &mut Ledger) {
     let mut arena = Arena::measuring(ledger);
     // An arena that measures is never too small.
     let _ = carve::<T>(problem, &mut arena);
-    let _ = carve_piece::<T>(problem, &mut arena);
+    let _ = carve_shared::<T>(problem, &mut arena);
     if let Some(ledger) = arena.into_ledger() {
         ledger.count_kept(problem.fields() * problem.grid().whole().cells(), T::BYTES);
     }
 }
 
-/// Room for what a rank that follows sends of a field.
-pub(super) fn carve_piece<'m, T: Real>(
+/// Room for what a rank that follows sends of a field, and for what it knows of solid cells.
+pub(super) fn carve_shared<'m, T: Real>(
     problem: &Problem<'_>,
     arena: &mut Arena<'m>,
-) -> Result<&'m mut [T], TooSmall> {
-    match piece_len(&problem.grid()) {
-        0 => Ok(&mut []),
-        len => arena.take("a rank's part of a field", len),
+) -> Result<(&'m mut [T], &'m mut [u8]), TooSmall> {
+    let grid = problem.grid();
+    if !grid.is_part() {
+        return Ok((&mut [], &mut []));
     }
+    let piece = arena.take("a rank's part of a field", piece_len(&grid))?;
+    let solid = if problem.solids {
+        arena.take("which cells are solid", solid_len(&grid))?
+    } else {
+        &mut []
+    };
+    Ok((piece, solid))
 }
 
 /// The lists of `problem`, and its fields: regions and the mask are 1 everywhere, what has to be given is 0.

@@ -10,6 +10,7 @@ use crate::exec::{Ranks, Serial, Together};
 use crate::field::rows::{part, part_mut};
 use crate::field::{borders, sums};
 use crate::grid::Grid;
+use crate::grid::levels::Levels;
 use crate::observe::{Event, Observer};
 use crate::real::Real;
 use core::ops::{ControlFlow, Range};
@@ -17,6 +18,7 @@ use core::ops::{ControlFlow, Range};
 /// What the first rank asks the others to do with it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Verb {
+    Solids,
     Source,
     Emitter,
     Part,
@@ -37,7 +39,8 @@ pub(super) enum Verb {
 
 impl Verb {
     /// All of them, each at its number.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
+        Self::Solids,
         Self::Source,
         Self::Emitter,
         Self::Part,
@@ -72,6 +75,9 @@ const _: () = {
 pub(super) struct Shared<'m, T> {
     pub ranks: Option<&'m dyn Ranks>,
     pub piece: &'m mut [T],
+    /// Which cells are solid, in the layout of a file: of the whole box in the first rank, and in the others of their own planes; none where there is no
+    /// room for any.
+    pub solid: &'m mut [u8],
 }
 
 /// Elements of a component in the layout of a file that a rank has: the faces of `axis`, or cells.
@@ -91,7 +97,54 @@ pub(super) fn piece_len(grid: &Grid) -> usize {
     parts.map(|part| part.len()).max().unwrap_or(0)
 }
 
+/// Cells whose flags a rank keeps, where there may be solid ones.
+pub(super) fn solid_len(grid: &Grid) -> usize {
+    match grid.part().map(|part| part.share.rank) {
+        None => 0,
+        Some(0) => FileLayout::of_cells(&grid.whole()).len(),
+        Some(rank) => piece_of(grid, None, rank).len(),
+    }
+}
+
 impl<T: Real> Shared<'_, T> {
+    /// Whether a cell is solid, by its place in a file, as the first rank knows it.
+    pub fn is_solid(&self, place: usize) -> bool {
+        self.solid.get(place).is_some_and(|&solid| solid != 0)
+    }
+
+    /// Sets which cells are solid, of which the first rank is given the flags of all.
+    pub fn put_solids(&mut self, ranks: &dyn Ranks, levels: &mut Levels<'_, T>, given: &[bool]) {
+        let grid = levels.finest;
+        self.solid
+            .iter_mut()
+            .zip(given)
+            .for_each(|(solid, &given)| *solid = u8::from(given));
+        let piece = |rank| piece_of(&grid, None, rank);
+        if ranks.rank() == 0 {
+            let solid = &*self.solid;
+            (1..ranks.count())
+                .for_each(|rank| swap(ranks, Some(rank), part(solid, piece(rank)), None, &mut []));
+        } else {
+            swap(ranks, None, &[], Some(0), &mut *self.solid);
+        }
+        let (layout, solid) = (FileLayout::of_cells(&grid), &*self.solid);
+        levels.set_solids(ranks, |cell| {
+            let place = layout.place(grid.cell_at(cell / grid.n[0], cell % grid.n[0]));
+            place
+                .and_then(|place| solid.get(place))
+                .is_some_and(|&solid| solid != 0)
+        });
+    }
+
+    /// The word that the first rank has.
+    pub fn told_word(&self, word: u64) -> u64 {
+        let mut halves = [word as u32, (word >> 32) as u32];
+        if let Some(ranks) = self.ranks {
+            tell(ranks, 0, &mut halves);
+        }
+        u64::from(halves[0]) | u64::from(halves[1]) << 32
+    }
+
     /// Whether this is the rank that is asked, or there is no other.
     pub fn is_first(&self) -> bool {
         self.ranks.is_none_or(|ranks| ranks.rank() == 0)

@@ -10,6 +10,7 @@ use super::given::{Given, shape};
 use super::march::Script;
 use super::params::Control;
 use crate::exec::{Capped, Exec};
+use crate::field::turned::Turned;
 use crate::field::{Vector, VectorMut, rows, sums};
 use crate::grid::Grid;
 use crate::grid::solids::Solids;
@@ -96,7 +97,7 @@ impl<T: Real> Pricing<'_, T> {
             e,
             image,
             work,
-            self.work.taps,
+            (&mut Turned::default(), self.work.taps),
         );
     }
 }

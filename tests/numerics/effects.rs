@@ -13,6 +13,7 @@ use crate::fields::{
     zeros,
 };
 use crate::gradients::taylor;
+use thurible_core::exec::ranks::Alone;
 use thurible_core::force::lift::Lift;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
@@ -135,7 +136,7 @@ pub fn among(grid: &Grid, solid: &[bool], v: Components<f64>) -> Components<f64>
     let mut memory = Memory::new(1 << 20);
     let mut levels = Levels::bare(grid, 0).with_obstacles(!solid.is_empty());
     levels.fill(&mut Arena::new(memory.block())).unwrap();
-    levels.set_solids(|cell| solid.get(cell).is_some_and(|&solid| solid));
+    levels.set_solids(&Alone, |cell| solid.get(cell).is_some_and(|&solid| solid));
     let mut ledger = Ledger::new();
     Projection::<f64>::carve(&levels, 0, slots, 1, &mut Pool::measuring(&mut ledger));
     let mut elements = vec![f64::NAN; ledger.elements(8)];

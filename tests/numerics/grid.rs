@@ -3,6 +3,7 @@
 use crate::fields::naive::Naive;
 use crate::fields::random::Random;
 use crate::fields::{Components, Memory, flow, grid, largest, largest_of, places, zeros};
+use thurible_core::exec::ranks::Alone;
 use thurible_core::field::Block;
 use thurible_core::field::transfer::{Move, Place, Placed};
 use thurible_core::grid::levels::{Levels, MAX_LEVELS, hierarchy};
@@ -291,7 +292,7 @@ fn coarser_grids_close_what_is_closed_throughout() {
         let mut memory = Memory::new(1 << 20);
         let mut levels = Levels::<f64>::bare(&finest, 0).with_obstacles(true);
         levels.fill(&mut Arena::new(memory.block())).unwrap();
-        levels.set_solids(|cell| solid[cell]);
+        levels.set_solids(&Alone, |cell| solid[cell]);
         for (level, pair) in levels.grids.windows(2).enumerate() {
             let (fine, coarse) = (&pair[0], &pair[1]);
             let bits = |level: usize, grid: &Grid, at: [usize; 3]| {

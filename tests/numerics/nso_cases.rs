@@ -4,6 +4,7 @@ use crate::fields::naive::Solid;
 use crate::fields::random::Random;
 use crate::fields::spacetime::{Case, Equations, Residual, trajectories, trajectory};
 use crate::fields::{Components, grid, places, view};
+use thurible_core::exec::ranks::Alone;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::coarsen;
 use thurible_core::grid::solids::{self, SOLID, Solids};
@@ -49,7 +50,7 @@ pub fn bits(grid: &Grid, solid: Solid) -> Vec<u16> {
     let mut bits: Vec<u16> = places(grid)
         .map(|at| if solid(grid, at) { SOLID } else { 0 })
         .collect();
-    solids::fill(grid, &mut bits);
+    solids::fill(&Alone, grid, &mut bits);
     bits
 }
 

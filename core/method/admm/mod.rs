@@ -26,6 +26,7 @@ use crate::exec::Exec;
 use crate::field::slot::RETREATS;
 use crate::field::{Vector, VectorMut, means, view};
 use crate::grid::Space;
+use crate::memory::part::REACH;
 use crate::memory::{Layout, Ledger, Pool, Sharing, TooSmall};
 use crate::method::animation::Animation;
 use crate::method::contract::{Contract, Measure, Parts};
@@ -178,7 +179,10 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
     }
 
     fn reach(params: &Params) -> Option<usize> {
-        (params.admm.nso.solver == NsoSolver::Stfas).then_some(transfer::REACH)
+        Some(match params.admm.nso.solver {
+            NsoSolver::Stfas => transfer::REACH,
+            NsoSolver::NewtonCg => REACH,
+        })
     }
 
     fn mix(params: &Params, mix: &mut Mix) {

@@ -2,7 +2,8 @@
 //!
 //! An odd axis coarsens as it does in STFAS: the flow is projected when it arrives, so the halves need not be exact.
 //! The coarse solve begins the same way, down to 16 cells across in 2D and 8 in 3D, and lives in the bytes that AO and NSO
-//! are going to use in turn, so it asks for no memory of its own; where it does not fit, the flow begins at rest.
+//! are going to use in turn, so it asks for no memory of its own; where it does not fit, the flow begins at rest. Ranks that share the box
+//! plan what it takes beyond that.
 
 use super::alternate::Projected;
 use super::{Admm, Setup};

@@ -78,7 +78,7 @@ impl Threads {
     /// Which grids take part follows from the problem and the pairs alone; on how many threads, from what is planned.
     pub fn new<T: Real>(levels: &Levels<'_, T>, setup: &Setup) -> Self {
         let count = if levels.finest.is_part() {
-            taking_part(&whole(levels), setup)
+            taking_part(&whole(levels, setup), setup)
         } else {
             taking_part(levels, setup)
         };
@@ -110,8 +110,8 @@ impl Threads {
 
 /// The same grids where one program has all of each. They take much of a stack, and are gone when they are counted.
 #[inline(never)]
-fn whole<T: Real>(levels: &Levels<'_, T>) -> Levels<'static, T> {
-    Levels::bare(&levels.finest.whole(), levels.filters())
+fn whole<T: Real>(levels: &Levels<'_, T>, setup: &Setup) -> Levels<'static, T> {
+    Levels::bare(&levels.finest.whole(), levels.filters()).with_obstacles(setup.flow.sweep.obstacles)
 }
 
 /// Grids that take part where one program has all of each: the next one has room in the work of the one before.

@@ -5,6 +5,7 @@ use super::device as the_device;
 use core::mem::MaybeUninit;
 use thurible_core::exec::Device;
 use thurible_core::exec::device::Place;
+use thurible_core::exec::ranks::Alone;
 use thurible_core::field::VectorMut;
 use thurible_core::force::time_line::TimeLine;
 use thurible_core::grid::Grid;
@@ -190,7 +191,7 @@ fn check<S: Space>(case: &Case) {
     let mut levels = Levels::<f32>::bare(&grid, metric.filters).with_obstacles(case.solids);
     levels.fill(&mut Arena::new(&mut memory[at..])).unwrap();
     if case.solids {
-        levels.set_solids(|cell| {
+        levels.set_solids(&Alone, |cell| {
             let at = grid.cell_at(cell / grid.n[0], cell % grid.n[0]);
             let within = |from: usize, to: usize| (0..grid.dims).all(|axis| (from..to).contains(&at[axis]));
             within(3, 5) || within(0, 2)

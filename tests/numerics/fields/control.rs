@@ -2,6 +2,7 @@
 
 use crate::fields::{Components, Memory, view, view_mut, zeros};
 use core::ops::ControlFlow;
+use thurible_core::exec::ranks::Alone;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
 use thurible_core::memory::Arena;
@@ -103,7 +104,7 @@ impl<T: Real> Control<'_, T> {
     fn levels<'m>(&self, block: &'m mut [core::mem::MaybeUninit<u8>]) -> Levels<'m, T> {
         let mut levels = Levels::bare(self.grid, self.filters).with_obstacles(!self.solid.is_empty());
         levels.fill(&mut Arena::new(block)).unwrap();
-        levels.set_solids(|cell| self.solid.get(cell).copied().unwrap_or(false));
+        levels.set_solids(&Alone, |cell| self.solid.get(cell).copied().unwrap_or(false));
         levels
     }
 

@@ -3,6 +3,7 @@
 use super::naive::{Naive, Solid};
 use super::random::Random;
 use super::{Components, Memory, index, largest, places, slot, slot_of_all, view_mut, zeros};
+use thurible_core::exec::ranks::Alone;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
 use thurible_core::memory::Arena;
@@ -124,7 +125,9 @@ impl<T: Real> Case<T> {
         let mut levels = Levels::<T>::bare(&grid, 0).with_obstacles(self.solid.is_some());
         levels.fill(&mut arena).unwrap();
         if let Some(solid) = self.solid {
-            levels.set_solids(|cell| solid(&grid, grid.cell_at(cell / grid.n[0], cell % grid.n[0])));
+            levels.set_solids(&Alone, |cell| {
+                solid(&grid, grid.cell_at(cell / grid.n[0], cell % grid.n[0]))
+            });
         }
         let bases = Bases::<T>::carve::<S>(&mut arena, &levels).unwrap();
         let mut ledger = Ledger::new();

@@ -3,7 +3,7 @@
 use super::call::{Fields, Setup};
 use super::lifted::{Lifted, WithLift};
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::{Vector, reborrow, rows, sums, view};
+use crate::field::{Vector, borders, reborrow, rows, sums, view};
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
 use crate::memory::{Pool, Sharing};
@@ -119,7 +119,9 @@ impl<'a, T: Real> Trial<'a, T> {
                     });
                 },
             },
-        )
+        )?;
+        borders::refresh_faces(exec, grid, direction);
+        Ok(())
     }
 }
 
