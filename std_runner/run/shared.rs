@@ -25,7 +25,7 @@ pub(crate) fn unshared(scene: &Scene) -> Result<(), Failure> {
         (scene.method.windows.is_some(), "`method.window`"),
         (
             scene.asks_a_free_flow(),
-            "`control.match_mass` beside open sides, or emitters that fill up to a target,",
+            "`control.match_mass` beside open sides, or emitters that fill up to a target (set it to false),",
         ),
     ];
     refused
