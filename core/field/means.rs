@@ -1,7 +1,6 @@
 //! The mean of every slot of a trajectory of cells.
 
-use super::sums::NOTHING;
-use crate::exec::ranks::in_order;
+use super::sums::{NOTHING, over_ranks};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::rows;
 use crate::grid::Grid;
@@ -55,10 +54,6 @@ fn add_up<'s>(exec: &dyn Exec, grid: &Grid, slots: usize, of_rows: &'s mut [f64]
     if own.start > 0 {
         totals.fill(NOTHING);
     }
-    if grid.is_part() {
-        in_order(exec.ranks(), totals, go_on);
-    } else {
-        go_on(totals);
-    }
+    over_ranks(exec, grid, totals, go_on);
     totals
 }

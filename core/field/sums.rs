@@ -31,7 +31,16 @@ pub fn add_up_each(exec: &dyn Exec, grid: &Grid, of_rows: &[f64], totals: &mut [
     }
     let rows = grid.own_rows();
     let own = of_rows.get(count * rows.start..count * rows.end).unwrap_or(&[]);
-    in_order(exec.ranks(), totals, |totals| go_on(own, totals));
+    over_ranks(exec, grid, totals, |totals| go_on(own, totals));
+}
+
+/// Sums that `own` goes on with over the rows of `grid` that are no copies, and on from rank to rank where it is a part.
+pub fn over_ranks(exec: &dyn Exec, grid: &Grid, totals: &mut [f64], own: impl FnOnce(&mut [f64])) {
+    if grid.is_part() {
+        in_order(exec.ranks(), totals, own);
+    } else {
+        own(totals);
+    }
 }
 
 /// The largest of what every row has in all ranks, NaN when any is.

@@ -157,7 +157,7 @@ impl<'m, T: Real> Levels<'m, T> {
             rest = after;
         }
         (self.eigenvectors, self.solids, self.bare) = (eigenvectors, solids, false);
-        // Where ranks share the box the others are asked first.
+        // Ranks that share the box do it together: see `Solver::share`.
         if !self.finest.is_part() {
             self.set_solids(&Alone, |_| false);
         }

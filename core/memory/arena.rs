@@ -12,6 +12,7 @@ mod sealed {
     impl Sealed for f64 {}
     impl Sealed for u16 {}
     impl Sealed for u32 {}
+    impl Sealed for u64 {}
     impl Sealed for usize {}
 }
 
@@ -22,6 +23,7 @@ impl Plain for f32 {}
 impl Plain for f64 {}
 impl Plain for u16 {}
 impl Plain for u32 {}
+impl Plain for u64 {}
 impl Plain for usize {}
 
 /// The block is too small.

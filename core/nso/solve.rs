@@ -8,7 +8,7 @@
 use super::info::{Ended, Info, cycle_event};
 use super::multigrid::Nso;
 use crate::exec::{Exec, RowBuffers, for_rows};
-use crate::field::{Vector, VectorMut, borders, reborrow, rows, view};
+use crate::field::{Vector, VectorMut, reborrow, rows, view};
 use crate::grid::Space;
 use crate::observe::Observer;
 use crate::operators::self_advection::Fluid;
@@ -180,7 +180,6 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
             reborrow(&mut level.state.w),
             self.scratch,
         );
-        borders::refresh_faces(exec, level.grid, &mut level.state.w);
         for (w, lift) in level.state.w.iter_mut().zip(&level.c) {
             if !lift.is_empty() {
                 rows::sub(w, lift);

@@ -36,6 +36,7 @@ pub use params::OperatorParams;
 pub use plan::OperatorPlan;
 pub use simulator::Simulator;
 
+use crate::exec::ranks::Alone;
 use crate::field::{VectorMut, view};
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
@@ -167,7 +168,7 @@ impl<'m, T: Real, S: Space> Operator<'m, T, S> {
         if solid.iter().all(|&solid| solid) {
             return Err(InputError::NoFluid);
         }
-        put_solids(&mut self.levels, solid);
+        put_solids(&Alone, &mut self.levels, solid);
         self.phase = Phase::Nothing;
         for index in 0..self.setup.emitters {
             self.clear_shape(index);

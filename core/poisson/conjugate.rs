@@ -7,9 +7,8 @@
 
 use super::eigen;
 use crate::exec::Exec;
-use crate::exec::ranks::in_order;
 use crate::field::rows::{self, part, part_mut};
-use crate::field::sums::{NOTHING, largest_of};
+use crate::field::sums::{self, NOTHING};
 use crate::field::turned::Turned;
 use crate::grid::solids::{Solids, closed};
 use crate::grid::spectrum::Spectrum;
@@ -87,23 +86,14 @@ fn dot<T: Real>(exec: &dyn Exec, grid: &Grid, x: &[T], y: &[T]) -> f64 {
         sum[0] = grid.own_rows().map(of_row).fold(sum[0], |sum, own| sum + own);
     };
     let mut sum = [NOTHING];
-    if grid.is_part() {
-        in_order(exec.ranks(), &mut sum, go_on);
-    } else {
-        go_on(&mut sum);
-    }
+    sums::over_ranks(exec, grid, &mut sum, go_on);
     sum[0]
 }
 
 /// max |x| of all ranks.
 fn largest<T: Real>(exec: &dyn Exec, grid: &Grid, x: &[T]) -> f64 {
-    let own = grid.own_rows();
-    let largest = rows::max_abs(part(x, own.start * grid.n[0]..own.end * grid.n[0]));
-    if grid.is_part() {
-        largest_of(exec.ranks(), largest)
-    } else {
-        largest
-    }
+    let n = grid.n[0];
+    sums::most(exec, grid, x.chunks_exact(n.max(1)).map(|row| rows::max_abs(row)))
 }
 
 /// W^-2 at the face between two cells of an importance W, which has the mean of both there.

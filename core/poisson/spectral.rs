@@ -96,19 +96,16 @@ impl<'a, T: Real> Spectral<'a, T> {
         let obstacles = solids.obstacles();
         let fields = if obstacles { conjugate::FIELDS } else { 0 };
         let work = &mut self.work[..fields * grid.cells() * batch.count];
-        if grid.is_part() && !obstacles {
-            let spectrum = (grid, spectrum);
-            eigen::solve_turned(exec, spectrum, q, &mut self.turned, self.scratch);
-            return observer.on(Event::Work);
-        }
         if grid.is_part() {
-            let cells = grid.cells().max(1);
-            for (q, work) in q
-                .chunks_exact_mut(cells)
-                .zip(work.chunks_exact_mut(conjugate::FIELDS * cells))
-            {
-                let (grids, turned) = ((grid, spectrum, solids), &mut self.turned);
-                conjugate::solve(exec, grids, goal, importance, q, work, turned, self.scratch);
+            let (cells, turned) = (grid.cells().max(1), &mut self.turned);
+            if obstacles {
+                let work = work.chunks_exact_mut(conjugate::FIELDS * cells);
+                for (q, work) in q.chunks_exact_mut(cells).zip(work) {
+                    let grids = (grid, spectrum, solids);
+                    conjugate::solve(exec, grids, goal, importance, q, work, turned, self.scratch);
+                }
+            } else {
+                eigen::solve_turned(exec, (grid, spectrum), q, turned, self.scratch);
             }
             return observer.on(Event::Work);
         }

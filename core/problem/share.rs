@@ -1,7 +1,7 @@
 //! What ranks that share a box cannot do.
 
 use super::Problem;
-use crate::grid::{Boundary, Share};
+use crate::grid::Share;
 use core::fmt;
 
 /// Why ranks cannot share a problem.
@@ -86,10 +86,9 @@ impl Problem<'_> {
         if planes / least.max(1) < ranks {
             return Err(ShareError::Thin { ranks, planes, least });
         }
-        let last = self.boundary.last().copied().unwrap_or_default();
-        match last {
-            Boundary::Wall | Boundary::Periodic => Ok(()),
-            _ => Err(ShareError::Open),
+        if self.boundary.last().is_some_and(|last| last.is_open()) {
+            return Err(ShareError::Open);
         }
+        Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! What a solve is given: densities and v_0.
 
-use super::layout::{FileLayout, Run, finite};
+use super::layout::{FileLayout, Run, finite, put_solids};
 use super::shared::Verb;
 use super::{InputError, Solver};
 use crate::checkpoint::Mix;
@@ -34,11 +34,11 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     pub(super) fn take_solids(&mut self, solid: &[bool]) {
         let mut mix = Mix::new();
         solid.iter().for_each(|&solid| mix.word(u64::from(solid)));
-        self.solid_print = self.shared.told_word(mix.finish());
+        self.solid_print = self.shared.told(mix.finish());
         let levels = &mut self.engine.get_mut().parts().animation.levels;
         match self.shared.ranks {
             Some(ranks) => self.shared.put_solids(ranks, levels, solid),
-            None => put_solids(levels, solid),
+            None => put_solids(&Alone, levels, solid),
         }
         (self.prepared, self.finished) = (None, false);
     }
@@ -257,16 +257,6 @@ pub(crate) fn check_solids<T: Real>(levels: &Levels<'_, T>, solid: &[bool]) -> R
         return Err(InputError::Length { expected, given });
     }
     Ok(())
-}
-
-/// Sets which cells are solid: one flag for each inside the box, x fastest.
-pub(crate) fn put_solids<T: Real>(levels: &mut Levels<'_, T>, solid: &[bool]) {
-    let grid = levels.finest;
-    let layout = FileLayout::of_cells(&grid);
-    levels.set_solids(&Alone, |cell| {
-        let place = layout.place(grid.cell_at(cell / grid.n[0], cell % grid.n[0]));
-        place.and_then(|place| solid.get(place)).copied().unwrap_or(false)
-    });
 }
 
 /// Refuses a density of another length, or that is not finite or negative somewhere.

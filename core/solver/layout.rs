@@ -1,7 +1,9 @@
 //! The layout of a component in memory and in a file.
 
 use super::InputError;
+use crate::exec::Ranks;
 use crate::field::rows;
+use crate::grid::levels::Levels;
 use crate::grid::{Grid, Side};
 use crate::real::Real;
 use core::ops::Range;
@@ -218,4 +220,20 @@ impl<'a, T> Strided<'a, T> {
             unit,
         }
     }
+}
+
+/// Sets which cells are solid, by a flag that is not 0 for each inside the box, x fastest; where ranks share it, for each of the rank's own.
+pub(crate) fn put_solids<T: Real, F: Copy + Default + PartialEq>(
+    ranks: &dyn Ranks,
+    levels: &mut Levels<'_, T>,
+    solid: &[F],
+) {
+    let grid = levels.finest;
+    let layout = FileLayout::of_cells(&grid);
+    levels.set_solids(ranks, |cell| {
+        let place = layout.place(grid.cell_at(cell / grid.n[0], cell % grid.n[0]));
+        place
+            .and_then(|place| solid.get(place))
+            .is_some_and(|&solid| solid != F::default())
+    });
 }

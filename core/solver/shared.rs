@@ -3,7 +3,7 @@
 //! Rank 0 is given whole fields and gives whole fields, in the layout of a file; every rank keeps its own planes of them. Before it does anything
 //! that takes them all it tells the others its verb.
 
-use super::layout::FileLayout;
+use super::layout::{FileLayout, put_solids};
 use crate::checkpoint::{Among, Record};
 use crate::exec::ranks::{in_order, swap, tell};
 use crate::exec::{Ranks, Serial, Together};
@@ -11,6 +11,7 @@ use crate::field::rows::{part, part_mut};
 use crate::field::{borders, sums};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
+use crate::memory::Plain;
 use crate::observe::{Event, Observer};
 use crate::real::Real;
 use core::ops::{ControlFlow, Range};
@@ -127,22 +128,7 @@ impl<T: Real> Shared<'_, T> {
         } else {
             swap(ranks, None, &[], Some(0), &mut *self.solid);
         }
-        let (layout, solid) = (FileLayout::of_cells(&grid), &*self.solid);
-        levels.set_solids(ranks, |cell| {
-            let place = layout.place(grid.cell_at(cell / grid.n[0], cell % grid.n[0]));
-            place
-                .and_then(|place| solid.get(place))
-                .is_some_and(|&solid| solid != 0)
-        });
-    }
-
-    /// The word that the first rank has.
-    pub fn told_word(&self, word: u64) -> u64 {
-        let mut halves = [word as u32, (word >> 32) as u32];
-        if let Some(ranks) = self.ranks {
-            tell(ranks, 0, &mut halves);
-        }
-        u64::from(halves[0]) | u64::from(halves[1]) << 32
+        put_solids(ranks, levels, self.solid);
     }
 
     /// Whether this is the rank that is asked, or there is no other.
@@ -178,7 +164,7 @@ impl<T: Real> Shared<'_, T> {
     }
 
     /// What the first rank says.
-    pub fn told(&self, value: f64) -> f64 {
+    pub fn told<P: Plain>(&self, value: P) -> P {
         let mut value = [value];
         if let Some(ranks) = self.ranks {
             tell(ranks, 0, &mut value);

@@ -2,13 +2,15 @@
 
 use super::Refined;
 use crate::exec::Exec;
+use crate::exec::ranks::Alone;
 use crate::field::rows;
 use crate::flow::resample::{Kind, resample};
 use crate::memory::Pool;
 use crate::real::Real;
 use crate::solver::InputError;
-use crate::solver::inputs::{check, check_solids, put_solids};
+use crate::solver::inputs::{check, check_solids};
 use crate::solver::layout::FileLayout;
+use crate::solver::layout::put_solids;
 
 impl<T: Real> Refined<'_, T> {
     /// Sets which cells of the finer grid are solid, before any density: one flag for each, x fastest.
@@ -17,7 +19,7 @@ impl<T: Real> Refined<'_, T> {
     /// [`InputError::Length`]; [`InputError::Index`] where the problem has no solid cells.
     pub fn set_solids(&mut self, solid: &[bool]) -> Result<(), InputError> {
         check_solids(&self.levels, solid)?;
-        put_solids(&mut self.levels, solid);
+        put_solids(&Alone, &mut self.levels, solid);
         Ok(())
     }
 
