@@ -21,6 +21,7 @@ mod checkpoint_refusals;
 mod choices;
 mod condense;
 mod deblur;
+mod descent;
 mod determinism;
 mod direct;
 mod direct_starts;
