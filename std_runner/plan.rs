@@ -116,10 +116,7 @@ fn plan_of(
         if let Some(way) = window.way(problem) {
             add(true, way);
             // Where the way leads nowhere, the window does without.
-            let alone = Window {
-                ahead: None,
-                ..window
-            };
+            let alone = window.with_aim(false);
             add(alone.is_searched(), alone.problem(problem));
         }
     }

@@ -2,14 +2,14 @@
 
 use crate::exit::Failure;
 use crate::plan::PlanOptions;
-use crate::run::{Outcome, Request, RunOptions};
+use crate::run::{Outcome, Request, RunOptions, unshared};
 use crate::scene::Scene;
 use crate::{devices, fluids, plan};
 
 /// Solves the scene of `request` into its folder.
 pub(crate) fn solve(options: &RunOptions, request: Request) -> Result<Outcome, Failure> {
     if options.ranks.is_some() {
-        request.is_shared()?;
+        unshared(&request.scene)?;
     }
     if options.device.is_some() {
         devices::steers(&request.scene)?;

@@ -141,6 +141,14 @@ impl Window {
         !self.keyframes.is_empty() || self.ahead.is_some()
     }
 
+    /// The same, which does without the way ahead unless that leads to a target.
+    pub fn with_aim(&self, aimed: bool) -> Self {
+        Self {
+            ahead: self.ahead.clone().filter(|_| aimed),
+            ..self.clone()
+        }
+    }
+
     /// The number of the keyframe beyond it to which there is a way.
     pub fn beyond(&self) -> Option<usize> {
         let (number, _) = self.ahead.as_ref()?.keyframes.last()?;

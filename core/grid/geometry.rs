@@ -51,6 +51,12 @@ impl Axis {
         self.cells
     }
 
+    /// How it ends.
+    #[must_use]
+    pub const fn ends(self) -> Boundary {
+        self.ends
+    }
+
     /// Its faces, the walls counted: face n of a ring is its face 0.
     #[inline(always)]
     #[must_use]
@@ -173,10 +179,11 @@ impl Grid {
         self.ends[axis].opens(side) as usize
     }
 
-    /// Whether a side of the box is open.
+    /// Whether a side of the whole box is open.
     #[must_use]
     pub fn is_open(&self) -> bool {
-        self.ends.iter().take(self.dims).any(|end| end.is_open())
+        let layers = self.part().map_or([0; 2], |part| part.layers);
+        layers != [0; 2] || self.ends.iter().take(self.dims).any(|end| end.is_open())
     }
 
     /// The cells inside the box between walls where it has open sides.
@@ -192,7 +199,12 @@ impl Grid {
     /// The cells inside the box along each axis.
     #[must_use]
     pub fn inside(&self) -> [Range<usize>; 3] {
-        core::array::from_fn(|axis| self.axis(axis).inside())
+        core::array::from_fn(|axis| match self.part() {
+            Some(part) if axis + 1 == self.dims && !part.ring => {
+                self.planes_here(self.whole_axis(axis).inside())
+            }
+            _ => self.axis(axis).inside(),
+        })
     }
 
     /// Whether a cell is outside the box.

@@ -4,7 +4,7 @@
 //! where they would read further, and [`borders`](crate::field::borders) overwrites them by what their owner has. Nothing that is the rank's own
 //! reads further than the copies reach.
 
-use super::{Axis, Boundary, Grid, Part, Share};
+use super::{Axis, Boundary, Grid, Part, Share, Side};
 use crate::exec::ranks::{Ranks, refresh, tell};
 use crate::memory::part::cut;
 use crate::memory::{Held, Plain};
@@ -22,6 +22,7 @@ impl Grid {
             share,
             planes: self.n[last],
             ring: self.axis(last).is_ring(),
+            layers: [Side::Low, Side::High].map(|side| self.layers(last, side)),
         };
         let mut own = Self {
             part: Some(part),
@@ -87,6 +88,14 @@ impl Grid {
         }
         let (planes, rows) = (self.own_planes(), self.rows_per_plane());
         planes.start * rows..planes.end * rows
+    }
+
+    /// Where planes of the whole box would be in this grid, as far as they are, copies among them.
+    pub(super) fn planes_here(&self, planes: Range<usize>) -> Range<usize> {
+        let last = self.dims - 1;
+        let here =
+            |plane: usize| (plane as isize - self.first_plane(last)).clamp(0, self.n[last] as isize) as usize;
+        here(planes.start)..here(planes.end)
     }
 
     /// Where the first plane of this grid lies in the whole box, if that is an axis' own: 0 along others. Below 0 on a ring.
@@ -157,11 +166,13 @@ pub fn made_here(source: &Grid, target: &Grid) -> Range<usize> {
     }
 }
 
-/// How the last axis of a box that ranks share ends: an open one is not shared.
+/// How the last axis of a box that ranks share ends.
 fn ends(part: Part) -> Boundary {
-    if part.ring {
-        Boundary::Periodic
-    } else {
-        Boundary::Wall
+    match part.layers {
+        _ if part.ring => Boundary::Periodic,
+        [0, 0] => Boundary::Wall,
+        [_, 0] => Boundary::OpenLow,
+        [0, _] => Boundary::OpenHigh,
+        _ => Boundary::Open,
     }
 }

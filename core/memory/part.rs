@@ -52,6 +52,8 @@ pub struct Part {
     pub planes: usize,
     /// Whether the last of them is beside the first.
     pub ring: bool,
+    /// How many of them lie outside the box, before its low end and behind its high one.
+    pub layers: [usize; 2],
 }
 
 impl Part {

@@ -157,12 +157,8 @@ pub fn add_by_rows<T: Real>(
 /// Some columns of a box along its last axis, side by side; `None` where there are none.
 fn across(grid: &Grid, columns: usize) -> Option<Grid> {
     let last = grid.whole_axis(grid.dims - 1);
-    let end = if last.is_ring() {
-        Boundary::Periodic
-    } else {
-        Boundary::Wall
-    };
-    (columns > 0).then(|| Grid::new(&[columns, last.cells()], &[Boundary::Wall, end]))
+    let ends = [Boundary::Wall, last.ends()];
+    (columns > 0).then(|| Grid::new(&[columns, last.inside().len()], &ends))
 }
 
 /// Taps on one side of the widest of some Gaussians.

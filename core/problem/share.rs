@@ -19,8 +19,6 @@ pub enum ShareError {
         /// Its name.
         method: &'static str,
     },
-    /// The axis along which the box is cut is open.
-    Open,
     /// There are more ranks than the box has planes for.
     Thin {
         /// The ranks.
@@ -42,10 +40,6 @@ impl fmt::Display for ShareError {
             Self::Method { method } => write!(
                 f,
                 "the method {method} cannot be shared by ranks; simulate, direct and admm can, or take one rank and more threads"
-            ),
-            Self::Open => write!(
-                f,
-                "ranks cut the box along its last axis, which has an open side; close it, or take one rank and more threads"
             ),
             Self::Thin { ranks, planes, least } => write!(
                 f,
@@ -85,9 +79,6 @@ impl Problem<'_> {
         let planes = self.cells.last().copied().unwrap_or(1);
         if planes / least.max(1) < ranks {
             return Err(ShareError::Thin { ranks, planes, least });
-        }
-        if self.boundary.last().is_some_and(|last| last.is_open()) {
-            return Err(ShareError::Open);
         }
         Ok(())
     }

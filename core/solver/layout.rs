@@ -35,25 +35,20 @@ impl<'g> FileLayout<'g> {
         Self::of(grid, Some(axis))
     }
 
-    /// That of a field of cells. Of a box that ranks share it is the rank's own part, plane after plane.
+    /// That of a field of cells.
     pub fn of_cells(grid: &'g Grid) -> Self {
-        let mut inside = grid.inside();
-        if let (true, Some(last)) = (grid.is_part(), inside.get_mut(grid.dims - 1)) {
-            *last = grid.own_planes();
-        }
-        Self {
-            grid,
-            inside,
-            axis: None,
-        }
+        Self::of(grid, None)
     }
 
-    /// That of the faces of an axis, or of cells.
+    /// That of the faces of an axis, or of cells. Of a box that ranks share it is the rank's own part, plane after plane.
     pub fn of(grid: &'g Grid, axis: Option<usize>) -> Self {
-        Self {
-            axis,
-            ..Self::of_cells(grid)
+        let mut inside = grid.inside();
+        if let (Some(part), Some(last)) = (grid.part(), inside.get_mut(grid.dims - 1)) {
+            let first = grid.first_plane(grid.dims - 1);
+            let own = planes_of(grid, axis, part.share.rank);
+            *last = (own.start as isize - first) as usize..(own.end as isize - first) as usize;
         }
+        Self { grid, inside, axis }
     }
 
     /// Whether these are faces across the planes of which a rank has some: those on the high wall are nobody's.
@@ -149,7 +144,7 @@ impl<'g> FileLayout<'g> {
     }
 
     /// [`Self::write`] to time level `slot` of a trajectory of `slots`.
-    fn write_slot<T: Real>(&self, given: &[T], unit: T, field: &mut [T], [slots, slot]: [usize; 2]) {
+    pub fn write_slot<T: Real>(&self, given: &[T], unit: T, field: &mut [T], [slots, slot]: [usize; 2]) {
         let n = self.grid.n[0];
         for row in field.chunks_exact_mut(slots * n) {
             row.iter_mut().skip(slot * n).take(n).for_each(|x| *x = T::ZERO);
@@ -161,6 +156,20 @@ impl<'g> FileLayout<'g> {
             to.iter_mut().zip(from).for_each(|(to, &x)| *to = x * unit);
         }
     }
+}
+
+/// The planes of a whole box of which a rank has what a file holds: of faces across them those of the layer behind an open high end too, since its
+/// exits are their low faces.
+pub(super) fn planes_of(grid: &Grid, axis: Option<usize>, rank: usize) -> Range<usize> {
+    let (whole, last) = (grid.whole(), grid.dims - 1);
+    let (inside, planes) = (whole.axis(last).inside(), grid.planes_of(rank));
+    let exits = if axis == Some(last) {
+        whole.layers(last, Side::High)
+    } else {
+        0
+    };
+    let here = |plane: usize| plane.clamp(inside.start, inside.end + exits);
+    here(planes.start)..here(planes.end)
 }
 
 /// Refuses a density of another length, or that is not finite somewhere.

@@ -3,15 +3,15 @@
 //! Rank 0 is given whole fields and gives whole fields, in the layout of a file; every rank keeps its own planes of them. Before it does anything
 //! that takes them all it tells the others its verb.
 
-use super::layout::{FileLayout, put_solids};
+use super::layout::{FileLayout, planes_of, put_solids};
 use crate::checkpoint::{Among, Record};
-use crate::exec::ranks::{in_order, swap, tell};
-use crate::exec::{Ranks, Serial, Together};
+use crate::exec::Ranks;
+use crate::exec::ranks::{in_order, refresh, swap, tell};
 use crate::field::rows::{part, part_mut};
-use crate::field::{borders, sums};
+use crate::field::sums;
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
-use crate::memory::Plain;
+use crate::memory::{Held, Plain};
 use crate::observe::{Event, Observer};
 use crate::real::Real;
 use core::ops::{ControlFlow, Range};
@@ -33,6 +33,10 @@ pub(super) enum Verb {
     Given,
     Emission,
     Jet,
+    Left,
+    Give,
+    Begin,
+    Spent,
     Save,
     Restore,
     End,
@@ -40,7 +44,7 @@ pub(super) enum Verb {
 
 impl Verb {
     /// All of them, each at its number.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 21] = [
         Self::Solids,
         Self::Source,
         Self::Emitter,
@@ -55,6 +59,10 @@ impl Verb {
         Self::Given,
         Self::Emission,
         Self::Jet,
+        Self::Left,
+        Self::Give,
+        Self::Begin,
+        Self::Spent,
         Self::Save,
         Self::Restore,
         Self::End,
@@ -86,8 +94,8 @@ fn piece_of(grid: &Grid, axis: Option<usize>, rank: usize) -> Range<usize> {
     let (whole, last) = (grid.whole(), grid.dims - 1);
     let layout = FileLayout::of(&whole, axis);
     let plane: usize = (0..last).map(|axis| layout.extent(axis)).product();
-    let planes = grid.planes_of(rank);
-    planes.start * plane..planes.end * plane
+    let (planes, begin) = (planes_of(grid, axis, rank), whole.axis(last).inside().start);
+    (planes.start - begin) * plane..(planes.end - begin) * plane
 }
 
 /// Elements of the largest part that any rank has of a component.
@@ -191,22 +199,34 @@ impl<T: Real> Shared<'_, T> {
     }
 
     /// A field of one time level from what the first rank is given of it in the layout of a file, times `unit`: of the faces of `axis`, or of cells.
-    pub fn put(&mut self, (grid, axis): (&Grid, Option<usize>), given: &[T], unit: T, field: &mut [T]) {
+    pub fn put(&mut self, place: (&Grid, Option<usize>), given: &[T], unit: T, field: &mut [T]) {
+        self.put_slot(place, given, unit, field, [1, 0]);
+    }
+
+    /// [`Self::put`] to time level `slot` of a trajectory of `slots`.
+    pub fn put_slot(
+        &mut self,
+        (grid, axis): (&Grid, Option<usize>),
+        given: &[T],
+        unit: T,
+        field: &mut [T],
+        slot: [usize; 2],
+    ) {
         let layout = FileLayout::of(grid, axis);
         let Some(ranks) = self.ranks else {
-            return layout.write(given, unit, field);
+            return layout.write_slot(given, unit, field, slot);
         };
         let piece = |rank| piece_of(grid, axis, rank);
         if ranks.rank() == 0 {
             (1..ranks.count())
                 .for_each(|rank| swap(ranks, Some(rank), part(given, piece(rank)), None, &mut []));
-            layout.write(part(given, piece(0)), unit, field);
+            layout.write_slot(part(given, piece(0)), unit, field, slot);
         } else {
             let own = part_mut(self.piece, 0..piece(ranks.rank()).len());
             swap(ranks, None, &[], Some(0), own);
-            layout.write(own, unit, field);
+            layout.write_slot(own, unit, field, slot);
         }
-        borders::refresh(&Together::new(&Serial, ranks), grid, field);
+        refresh(ranks, Held::of(grid.part(), grid.dims, axis), field);
     }
 
     /// Collects in `out` of the first rank what `own` writes of each rank's part, in the layout of a file; the others [send](Self::send) theirs.

@@ -3,6 +3,7 @@
 use super::Solver;
 use super::errors::InputError;
 use super::layout::{FileLayout, finite};
+use super::shared::Verb;
 use crate::exec::Exec;
 use crate::grid::Space;
 use crate::method::animation::Animation;
@@ -18,15 +19,21 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     /// [`InputError`]: wrong length, a value that is not finite.
     pub fn go_on_from(&mut self, density: &[T]) -> Result<(), InputError> {
         finite(density, self.cells())?;
+        self.shared.ask(Verb::Left, [0; 3]);
+        self.take_left(density);
+        Ok(())
+    }
+
+    /// Takes rho_0 as a result left it, which the first rank has checked.
+    pub(super) fn take_left(&mut self, density: &[T]) {
         let largest = density
             .iter()
             .fold(0.0, |most: f64, x| most.max(x.to_f64().abs()));
         self.put_source(density, largest);
         let mass: f64 = density.iter().map(|x| x.to_f64()).sum();
         // Where there is none yet, that is no fault here.
-        self.mass = mass.max(f64::MIN_POSITIVE);
+        self.mass = self.shared.told(mass.max(f64::MIN_POSITIVE));
         self.prepared = Some(0.0);
-        Ok(())
     }
 
     /// Sets a component of v_step, from step 1 on, where the search is to begin: see [`Self::begin_at_given`].
@@ -44,10 +51,22 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         if axis >= grid.dims || !(1..=slots).contains(&step) {
             return Err(InputError::Index { given, count });
         }
-        let Animation { v, .. } = self.engine.get_mut().parts().animation;
+        finite(faces, FileLayout::new(&grid.whole(), axis).len())?;
+        self.shared.ask(Verb::Give, [step, axis, 0]);
+        self.take_given(step, axis, faces);
+        Ok(())
+    }
+
+    /// Takes a component of v_step, which the first rank has checked.
+    pub(super) fn take_given(&mut self, step: usize, axis: usize, faces: &[T]) {
+        let (grid, unit) = (*self.grid(), T::from_f64(1.0 / self.units.velocity));
+        let Animation { v, slots, .. } = self.engine.get_mut().parts().animation;
+        let slot = [*slots, step.saturating_sub(1)];
+        if let Some(field) = v.get_mut(axis) {
+            self.shared
+                .put_slot((&grid, Some(axis)), faces, unit, field, slot);
+        }
         self.finished = false;
-        let unit = 1.0 / self.units.velocity;
-        FileLayout::new(&grid, axis).take(faces, unit, v[axis], [slots, step - 1])
     }
 
     /// Begins the search at the velocities of [`Self::give_velocity`], which must all be there, with everything else; whether the method can.
@@ -56,7 +75,8 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     /// # Errors
     /// As [`Self::prepare`].
     pub fn begin_at_given(&mut self, exec: &dyn Exec) -> Result<bool, InputError> {
-        self.prepare(exec)?;
+        self.shared.ask(Verb::Begin, [0; 3]);
+        self.prepared(exec)?;
         let script = Script::new(self.lists, &*self.fields);
         Ok(self.engine.get_mut().begin_at(exec, &script))
     }
@@ -64,6 +84,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     /// The objective of a part of the result, after [`Self::finish`]: of the keyframes at step `last` or before, and the first `forces` forces.
     /// That of the whole where the method cannot tell.
     pub fn objective_of(&mut self, exec: &dyn Exec, last: usize, forces: usize) -> Objective {
+        self.shared.ask(Verb::Spent, [last, forces, 0]);
         let script = Script::new(self.lists, &*self.fields);
         let Some((parts, w)) = self.engine.get_mut().spent() else {
             return self.objective;

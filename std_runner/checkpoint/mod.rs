@@ -19,7 +19,7 @@ pub(crate) use keeper::{Begin, Inputs, Keeper};
 pub(crate) use needs::Needs;
 pub(crate) use open::{Found, damaged, is_there, open, read, refuse_states};
 pub(crate) use sealed::{Sealed, Unsealed};
-pub(crate) use solve::{Earlier, Options, Solve};
+pub(crate) use solve::{Earlier, Options, Solve, unlike_ranks};
 pub(crate) use words::Words;
 
 use crate::destination::{place_of, shown};

@@ -79,7 +79,7 @@ impl Solve {
 
     /// Tells the other ranks of it, who have [`Self::heard`].
     pub fn tell(&self, ranks: &dyn Ranks) -> Result<(), Failure> {
-        let mut text = serde_json::to_vec(self).map_err(|_| unreadable())?;
+        let mut text = serde_json::to_vec(self).map_err(|_| unlike_ranks())?;
         tell(ranks, 0, &mut [text.len()]);
         tell(ranks, 0, &mut text);
         Ok(())
@@ -91,7 +91,7 @@ impl Solve {
         tell(ranks, 0, &mut len);
         let mut text = vec![0; len[0]];
         tell(ranks, 0, &mut text);
-        serde_json::from_slice(&text).map_err(|_| unreadable())
+        serde_json::from_slice(&text).map_err(|_| unlike_ranks())
     }
 
     /// The scene that it began with. One that was changed since, or a file that it names, is refused.
@@ -142,7 +142,7 @@ impl Solve {
 }
 
 /// What the first rank says is of a program that is not this one.
-fn unreadable() -> Failure {
+pub(crate) fn unlike_ranks() -> Failure {
     Failure::Input("the ranks are not all the same thurible; start the same program in all of them".into())
 }
 

@@ -5,6 +5,7 @@ use super::inputs::{Inputs, set_emitters, set_obstacles};
 use crate::distance::relative_l2;
 use crate::exit::Failure;
 use crate::keyframes::{Canvas, Earlier, ShapeError};
+use crate::remarks::density;
 use crate::report::{ARCHIVE, FrameRecord};
 use crate::scene::Scene;
 use serde_json::Value;
@@ -141,7 +142,8 @@ impl Origin {
                 let frame = first + step;
                 let truth = earlier.frame(Some(frame));
                 let truth = truth.map_err(|error| self.unread(&error))?;
-                let pairs = solver.density(step).iter().zip(truth);
+                let ours = density(solver, step);
+                let pairs = ours.iter().zip(truth);
                 Ok(FrameRecord {
                     step,
                     frame,

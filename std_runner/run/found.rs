@@ -1,5 +1,6 @@
 //! What a solve came to, of a solver or of all its windows.
 
+use super::masses::mass;
 use crate::problem::OwnedProblem;
 use crate::remarks::{KeyframeError, density, keyframe_errors, still_falls};
 use crate::report::{IterationRecord, TemplateRecord, WindowRecord, templates};
@@ -24,7 +25,7 @@ pub(super) struct Found {
 impl Found {
     /// What `solver` came to, which has solved `problem`.
     pub fn of<T: Real, S: Space>(solver: &Solver<'_, T, S>, problem: &OwnedProblem) -> Self {
-        let left: f64 = density(solver, solver.steps()).iter().map(|x| x.to_f64()).sum();
+        let left = mass(solver, solver.steps());
         Self {
             errors: keyframe_errors(solver, &problem.problem()),
             densities: density_range(solver, 0..=solver.steps()),

@@ -157,12 +157,14 @@ impl Job {
     }
 
     fn dispatch(&self, exec: &dyn Exec, block: &mut [MaybeUninit<u8>]) -> Result<Solved, Failure> {
-        match (self.planned.problem.cells.len(), self.planned.precision) {
+        let solved = match (self.planned.problem.cells.len(), self.planned.precision) {
             (2, Precision::F32) => self.solve::<f32, D2>(exec, block),
             (2, Precision::F64) => self.solve::<f64, D2>(exec, block),
             (_, Precision::F32) => self.solve::<f32, D3>(exec, block),
             (_, Precision::F64) => self.solve::<f64, D3>(exec, block),
-        }
+        }?;
+        self.dismiss();
+        Ok(solved)
     }
 
     fn solve<T: Real + Sample, S: Space>(

@@ -1,9 +1,10 @@
 //! The mass that keyframes are scaled to where emitters fill up to a target: nobody knows it before, so a free flow is asked.
 
 use super::inputs::set_smoke;
+use super::job::Job;
+use super::parts::Part;
 use crate::exit::Failure;
-use crate::plan::{self, Planned};
-use crate::scene::Scene;
+use crate::remarks::density;
 use core::mem::MaybeUninit;
 use thurible_core::{Exec, Real, Silent, Solver, Space};
 
@@ -12,20 +13,20 @@ use thurible_core::{Exec, Real, Silent, Solver, Space};
 /// # Errors
 /// The block is too small for a simulation, or the flow too fast.
 pub(super) fn of_a_free_flow<T: Real, S: Space>(
-    scene: &Scene,
-    planned: &Planned,
+    job: &Job,
     exec: &dyn Exec,
     block: &mut [MaybeUninit<u8>],
 ) -> Result<Option<Vec<f64>>, Failure> {
+    let scene = &job.request.scene;
     if !scene.asks_a_free_flow() {
         return Ok(None);
     }
-    let (free, params) = (planned.problem.unsteered(), plan::free(&planned.params));
     let unknown = |why: &str| {
         let why = format!("cannot be true here: {why}; set it to false, or let the emitters add by a rate");
         scene.document.refuse("control.match_mass", why)
     };
-    let mut solver = Solver::<T, S>::new(&free.problem(), &params, block)
+    let mut solver = job
+        .lead::<T, S>(Part::Free, block)
         .map_err(|error| unknown(&format!("the mass is that of a free flow, and {error}")))?;
     set_smoke(scene, &mut solver, &mut Vec::new())?;
     solver.solve(exec, &mut Silent, &mut |_| {});
@@ -34,6 +35,12 @@ pub(super) fn of_a_free_flow<T: Real, S: Space>(
             "the mass is that of a free flow, which becomes too fast to follow",
         ));
     }
-    let mass = |step| solver.density(step).iter().map(|x| x.to_f64()).sum();
-    Ok(Some((0..=solver.steps()).map(mass).collect()))
+    Ok(Some(
+        (0..=solver.steps()).map(|step| mass(&solver, step)).collect(),
+    ))
+}
+
+/// The mass of the smoke at a step.
+pub(super) fn mass<T: Real, S: Space>(solver: &Solver<'_, T, S>, step: usize) -> f64 {
+    density(solver, step).iter().map(|x| x.to_f64()).sum()
 }

@@ -12,6 +12,7 @@ pub(crate) mod job;
 mod masses;
 pub(crate) mod messages;
 pub(crate) mod outcome;
+mod parts;
 mod reach;
 mod request;
 pub(crate) mod saved;

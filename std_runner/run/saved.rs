@@ -1,7 +1,7 @@
 //! The state of a solve as a checkpoint has it: what the runner remembers, and the solver's own.
 
 use super::earlier::Origin;
-use super::inputs::{set_obstacles, solver_refusal};
+use super::inputs::set_obstacles;
 use super::job::Job;
 use super::request::{Request, RunOptions};
 use crate::checkpoint::{
@@ -278,20 +278,5 @@ impl Job {
     ) -> Result<(), Failure> {
         set_obstacles(&self.request.scene, solver, &mut Vec::new())?;
         reading.restore(solver)
-    }
-
-    /// Makes the solver of the whole scene.
-    pub fn solver<'m, T: Real, S: Space>(
-        &self,
-        block: &'m mut [core::mem::MaybeUninit<u8>],
-    ) -> Result<Solver<'m, T, S>, Failure> {
-        let problem = &self.planned.problem;
-        let params = self.planned.choices(problem, &self.planned.params);
-        let mut solver =
-            Solver::new(&problem.problem(), &params, block).map_err(|error| solver_refusal(&error))?;
-        if let Some(ranks) = self.options.ranks {
-            solver.share(ranks);
-        }
-        Ok(solver)
     }
 }

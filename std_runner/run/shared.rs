@@ -8,10 +8,9 @@ use crate::problem::Precision;
 use crate::region::{Region, touch};
 use crate::scene::Scene;
 use crate::{plan, threads};
-use core::mem::MaybeUninit;
 use thurible_core::exec::{Ranks, Together};
 use thurible_core::grid::Share;
-use thurible_core::{D2, D3, Exec, Real, Space};
+use thurible_core::{D2, D3, Exec};
 
 /// Which of the ranks this program is.
 pub(crate) fn share_of(ranks: &dyn Ranks) -> Share {
@@ -20,36 +19,13 @@ pub(crate) fn share_of(ranks: &dyn Ranks) -> Share {
 
 /// Refuses a scene that ranks cannot share, for what the core does not know of.
 pub(crate) fn unshared(scene: &Scene) -> Result<(), Failure> {
-    let refused = [
-        (scene.method.fluids.chosen, "the solver stable_fluids"),
-        (scene.method.windows.is_some(), "`method.window`"),
-        (
-            scene.asks_a_free_flow(),
-            "`control.match_mass` beside open sides, or emitters that fill up to a target (set it to false),",
-        ),
-    ];
-    refused
-        .into_iter()
-        .filter(|(is_asked, _)| *is_asked)
-        .try_for_each(|(_, what)| Err(refusal(scene, what)))
-}
-
-fn refusal(scene: &Scene, what: &str) -> Failure {
-    let path = scene.document.path().display();
-    Failure::Input(format!(
-        "{path}: {what} cannot be shared by ranks yet; leave it out, or run `thurible` on one machine"
-    ))
-}
-
-impl Request {
-    /// Refuses what ranks cannot share, beyond what the core refuses.
-    pub(crate) fn is_shared(&self) -> Result<(), Failure> {
-        unshared(&self.scene)?;
-        if self.from.is_some() {
-            return Err(refusal(&self.scene, "a flow --from a result"));
-        }
-        Ok(())
+    if !scene.method.fluids.chosen {
+        return Ok(());
     }
+    let path = scene.document.path().display();
+    Err(Failure::Input(format!(
+        "{path}: the solver stable_fluids cannot be shared by ranks; take another one, or run `thurible` on one machine"
+    )))
 }
 
 impl RunOptions {
@@ -63,7 +39,7 @@ impl RunOptions {
     /// # Errors
     /// What that one refuses too, or that there is no memory here.
     pub(crate) fn follow(&self, request: Request) -> Result<u8, Failure> {
-        request.is_shared()?;
+        unshared(&request.scene)?;
         let planned = plan::choose(&request.scene, &self.plan)?;
         let threads = planned.params.threads;
         let (job, region) = Job::new(*self, request, planned)?;
@@ -89,21 +65,12 @@ impl Job {
         threads::together(self.planned.params.threads, |exec| {
             self.among_ranks(exec, |exec| {
                 match (self.planned.problem.cells.len(), self.planned.precision) {
-                    (2, Precision::F32) => self.follow_by::<f32, D2>(exec, block),
-                    (2, Precision::F64) => self.follow_by::<f64, D2>(exec, block),
-                    (_, Precision::F32) => self.follow_by::<f32, D3>(exec, block),
-                    (_, Precision::F64) => self.follow_by::<f64, D3>(exec, block),
+                    (2, Precision::F32) => self.follow_through::<f32, D2>(exec, block),
+                    (2, Precision::F64) => self.follow_through::<f64, D2>(exec, block),
+                    (_, Precision::F32) => self.follow_through::<f32, D3>(exec, block),
+                    (_, Precision::F64) => self.follow_through::<f64, D3>(exec, block),
                 }
             })
         })
-    }
-
-    fn follow_by<T: Real, S: Space>(
-        &self,
-        exec: &dyn Exec,
-        block: &mut [MaybeUninit<u8>],
-    ) -> Result<(), Failure> {
-        self.solver::<T, S>(block)?.follow(exec);
-        Ok(())
     }
 }

@@ -7,6 +7,7 @@ use super::job::{Job, Solved, iterate, show};
 use super::masses;
 use super::messages::{self, not_finite};
 use super::outcome::Facts;
+use super::parts::Part;
 use super::saved::{self, Ended, Progressed, Reading};
 use super::settled::Settled;
 use crate::checkpoint::{Inputs as Files, Keeper, Words};
@@ -29,12 +30,10 @@ impl Job {
         let began_with = self.request.began_with();
         let masses = match self.request.found {
             Some(_) => None,
-            None => masses::of_a_free_flow::<T, S>(&self.request.scene, &self.planned, exec, block)?,
+            None => masses::of_a_free_flow::<T, S>(self, exec, block)?,
         };
-        let mut solver = self.solver::<T, S>(block)?;
-        let solved = self.solve_by(&mut solver, exec, masses.as_deref(), began_with);
-        solver.dismiss();
-        solved
+        let mut solver = self.lead::<T, S>(Part::Whole, block)?;
+        self.solve_by(&mut solver, exec, masses.as_deref(), began_with)
     }
 
     /// Solves the scene, which `began_with` these files, by `solver`, which is new.

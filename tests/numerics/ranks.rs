@@ -607,7 +607,7 @@ fn alternated_by_newton() {
     };
     plane.ranks_agree::<f64, D2>(&[2, 3]);
     let open = Case {
-        ends: &[Boundary::Open, W],
+        ends: &[OPEN, W],
         scheme: Scheme::Limited,
         more: &[Feature::Solids],
         ..plane
@@ -623,11 +623,13 @@ fn alternated_by_newton() {
     space.ranks_agree::<f32, D3>(&[3]);
 }
 
+const OPEN: Boundary = Boundary::Open;
+const LOW: Boundary = Boundary::OpenLow;
+const HIGH: Boundary = Boundary::OpenHigh;
+
 /// With sides that smoke leaves by, across the planes that ranks share.
 #[test]
 fn with_open_sides() {
-    const OPEN: Boundary = Boundary::Open;
-    const HIGH: Boundary = Boundary::OpenHigh;
     let plane = Case {
         cells: &[14, 13],
         ends: &[HIGH, W],
@@ -664,6 +666,55 @@ fn with_open_sides() {
         ..NESTED_3D
     };
     space.ranks_agree::<f32, D3>(&[3]);
+}
+
+/// With sides that smoke leaves by at the ends of the axis that ranks cut, whose layers outside are planes of the first and the last rank.
+#[test]
+fn with_open_ends() {
+    let plane = Case {
+        cells: &[14, 13],
+        scheme: Scheme::Limited,
+        more: &[],
+        ..QUICK_2D
+    };
+    for ends in [&[W, OPEN], &[P, LOW], &[OPEN, HIGH]] {
+        Case { ends, ..plane }.ranks_agree::<f64, D2>(&[2, 3, 6]);
+    }
+    let all = &[Feature::Solids, Feature::Mask, Feature::Regions, Feature::Release];
+    let steered = Case {
+        ends: &[OPEN, OPEN],
+        steered: true,
+        steps: 6,
+        more: all,
+        ..plane
+    };
+    steered.ranks_agree::<f32, D2>(&[3]);
+    steered.goes_on::<f64, D2>(&[2]);
+    let nested = Case {
+        scheme: Scheme::Limited,
+        ends: &[P, HIGH],
+        ..NESTED_2D
+    };
+    nested.ranks_agree::<f64, D2>(&[2, 5]);
+    let space = Case {
+        scheme: Scheme::Limited,
+        ends: &[W, HIGH, OPEN],
+        more: &[Feature::Solids, Feature::Mask],
+        ..NESTED_3D
+    };
+    space.ranks_agree::<f32, D3>(&[3]);
+    let newton = Some(Admm {
+        solver: NsoSolver::NewtonCg,
+        ..RED_BLACK
+    });
+    let alternated = Case {
+        admm: newton,
+        ends: &[W, OPEN],
+        scheme: Scheme::Limited,
+        more: &[Feature::Solids],
+        ..ALTERNATED
+    };
+    alternated.ranks_agree::<f32, D2>(&[2, 5]);
 }
 
 #[test]
@@ -816,6 +867,66 @@ fn a_state_that_cannot_be_kept_or_read_ends_no_rank() {
         })
     });
     assert!(found[0].as_ref() == Some(&alone));
+}
+
+/// What a window leaves to the next: a density, the flow that the search begins with, and what of the objective is of its first steps.
+fn goes_on_from_a_window<T: Real, S: Space>(case: &Case, counts: &[usize]) {
+    let work = |solver: &mut Solver<'_, T, S>, exec: &dyn Exec| {
+        case.set(solver);
+        // Below 0 where transport undershoots, and in two blobs.
+        let blobs = case
+            .blob::<T>([0.3, 0.4, 0.5])
+            .into_iter()
+            .zip(case.blob([0.7, 0.5, 0.4]));
+        let left: Vec<T> = blobs.map(|(a, b)| a + b - T::from_f64(0.01)).collect();
+        solver.go_on_from(&left).unwrap();
+        let mut bits = Vec::new();
+        for index in 0..2 {
+            let factor = solver.set_keyframe(index, &case.blob([0.6, 0.6, 0.4]));
+            bits.push(factor.unwrap().to_bits());
+        }
+        for step in 1..case.steps {
+            for axis in 0..S::DIM {
+                let wave = |face: usize| T::from_f64(0.03 * (0.29 * (face + 7 * step + axis) as f64).sin());
+                let faces: Vec<T> = (0..solver.faces(axis)).map(wave).collect();
+                solver.give_velocity(step, axis, &faces).unwrap();
+            }
+        }
+        assert!(solver.begin_at_given(exec).unwrap());
+        bits.extend(case.rest(solver, exec));
+        for (last, forces) in [(4, 3), (3, 2), (2, 1)] {
+            let of = solver.objective_of(exec, last, forces);
+            bits.extend([of.data, of.force, of.plain].map(f64::to_bits));
+        }
+        bits
+    };
+    let alone = case.with(&Serial, None, work);
+    for &count in counts {
+        let shared = with_ranks(count, |ranks| case.with(&Serial, Some(ranks), work));
+        assert!(shared[0] == alone, "{count} ranks in {} on {case:?}", T::NAME);
+    }
+}
+
+#[test]
+fn what_a_window_left() {
+    let plane = Case {
+        steered: true,
+        ..QUICK_2D
+    };
+    goes_on_from_a_window::<f64, D2>(&plane, &[2, 3]);
+    let open = Case {
+        ends: &[W, OPEN],
+        scheme: Scheme::Limited,
+        more: &[Feature::Solids],
+        ..plane
+    };
+    goes_on_from_a_window::<f32, D2>(&open, &[2, 4]);
+    let space = Case {
+        steered: true,
+        steps: 4,
+        ..LIMITED_3D
+    };
+    goes_on_from_a_window::<f32, D3>(&space, &[2, 3]);
 }
 
 #[test]
@@ -994,16 +1105,6 @@ fn what_ranks_cannot_share_is_refused() {
         );
         assert!(error.to_string().contains("count from 0"), "{error}");
     }
-    let limited = Case {
-        scheme: Scheme::Limited,
-        ..QUICK_2D
-    };
-    let open = Problem {
-        boundary: &[P, Boundary::OpenHigh],
-        ..limited.problem(share)
-    };
-    let error = refused(&open, simulate()).to_string();
-    assert!(error.contains("open side"), "{error}");
     for method in [Method::Lbfgs, Method::Pd] {
         let params = Params { method, ..simulate() };
         let error = refused(&keyframe, params).to_string();

@@ -4,12 +4,13 @@ use super::left::Left;
 use crate::destination::Destination;
 use crate::exit::Failure;
 use crate::output::{Frames, Sample, Samples};
-use crate::plan;
 use crate::progress::Watch;
 use crate::run::drawn::drawn;
 use crate::run::frames::SolverFrames;
-use crate::run::inputs::{set_mask, solid_cells, solver_refusal};
+use crate::run::inputs::{set_mask, solid_cells};
 use crate::run::job::Job;
+use crate::run::masses::mass;
+use crate::run::parts::Part;
 use crate::run::reach::Reach;
 use crate::run::targets::{Which, check_reach, set_keyframes};
 use crate::scene::Scene;
@@ -17,7 +18,7 @@ use crate::windows::Window;
 use core::mem::MaybeUninit;
 use thurible_core::method::registry::steers;
 use thurible_core::output::DENSITY;
-use thurible_core::{Exec, Real, Silent, Solver, Space, Status};
+use thurible_core::{Exec, Real, Silent, Space, Status};
 
 /// Looks at the whole scene before the first window: whether smoke can come to every keyframe, and which mass it has there.
 ///
@@ -78,10 +79,9 @@ fn free_masses<T: Real + Sample, S: Space>(
     let mut left = Left::new(&scratch, "free", S::DIM, samples)?;
     let whole = job.planned.problem.unsteered();
     let mut masses = Vec::new();
-    for window in windows.of(&whole) {
+    for (number, window) in windows.of(&whole).into_iter().enumerate() {
         let problem = window.problem(&whole);
-        let mut solver = Solver::<T, S>::new(&problem.problem(), &plan::free(&job.planned.params), block)
-            .map_err(|error| solver_refusal(&error))?;
+        let mut solver = job.lead::<T, S>(Part::FreeWindow(number), block)?;
         left.begin(scene, None, &window, &mut solver, &mut Vec::new())?;
         solver.solve(exec, &mut Silent, &mut |_| {});
         if !solver.is_finished() {
@@ -89,8 +89,8 @@ fn free_masses<T: Real + Sample, S: Space>(
                        emitters add by a rate";
             return Err(scene.document.refuse("control.match_mass", why));
         }
-        let mass = |step| solver.density(step).iter().map(|x| x.to_f64()).sum::<f64>();
-        masses.extend((0..window.keeps + usize::from(window.is_last)).map(mass));
+        let kept = 0..window.keeps + usize::from(window.is_last);
+        masses.extend(kept.map(|step| mass(&solver, step)));
         if !window.is_last {
             left.take(&SolverFrames::new(&mut solver, exec, &problem), &window)?;
         }
@@ -117,22 +117,20 @@ pub(super) struct Look<'a> {
 }
 
 impl Look<'_> {
-    /// Solves the way ahead of a window in the memory that the window is going to have, from what was `left` before it.
+    /// Solves the way ahead of window `number` in the memory that the window is going to have, from what was `left` before it.
     pub fn along<T: Real + Sample, S: Space>(
         &self,
         left: &mut Left,
         block: &mut [MaybeUninit<u8>],
         watch: &mut Watch,
-        window: &Window,
+        (number, window): (usize, &Window),
     ) -> Result<Aim, Failure> {
         let (planned, request) = (&self.job.planned, &self.job.request);
         let (Some(way), Some(ahead)) = (window.way(&planned.problem), &window.ahead) else {
             return Ok(Aim::Nowhere);
         };
         let scene = &request.scene;
-        let params = planned.choices(&way, &planned.params);
-        let mut solver =
-            Solver::<T, S>::new(&way.problem(), &params, block).map_err(|error| solver_refusal(&error))?;
+        let mut solver = self.job.lead::<T, S>(Part::Way(number), block)?;
         let seen = Window {
             emitters: window.emitters_on_way(&planned.problem),
             ..window.clone()

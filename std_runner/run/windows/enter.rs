@@ -7,7 +7,8 @@ use crate::output::{Sample, Samples};
 use crate::problem::OwnedProblem;
 use crate::progress::Watch;
 use crate::run::drawn::refuse;
-use crate::run::inputs::{set_mask, solver_refusal};
+use crate::run::inputs::set_mask;
+use crate::run::parts::{Led, Part};
 use crate::run::saved::Reading;
 use crate::run::targets::{Which, set_keyframes};
 use crate::windows::Window;
@@ -15,7 +16,7 @@ use core::mem::MaybeUninit;
 use thurible_core::{Method, Params, Real, Solver, Space};
 
 /// A window that is under way.
-type Entered<'m, T, S> = (Solver<'m, T, S>, OwnedProblem, Window, Inside);
+type Entered<'m, T, S> = (Led<'m, T, S>, OwnedProblem, Window, Inside);
 
 impl Walk<'_> {
     /// A solver at the start of a window; `None` where the user stopped it on the way.
@@ -33,7 +34,7 @@ impl Walk<'_> {
             exec: self.exec,
             masses: self.masses.as_deref(),
         };
-        let aim = match look.along::<T, S>(&mut self.left, block, watch, window)? {
+        let aim = match look.along::<T, S>(&mut self.left, block, watch, (self.number, window))? {
             Aim::At(density) => Some(density),
             Aim::Nowhere => None,
             Aim::Cancelled if self.left.is_there() => return Ok(None),
@@ -46,7 +47,7 @@ impl Walk<'_> {
             ..Inside::default()
         };
         let (window, problem) = self.part(window, inside);
-        let mut solver = self.solver::<T, S>(block, &window, &problem)?;
+        let mut solver = self.solver::<T, S>(block, inside)?;
         self.begin(&mut solver, watch, &window, aim)?;
         inside.continued = self.go_on_searching(&mut solver, &window)?;
         Ok(Some((solver, problem, window, inside)))
@@ -61,28 +62,25 @@ impl Walk<'_> {
         reading: &mut Reading<'_>,
     ) -> Result<Entered<'m, T, S>, Failure> {
         let (window, problem) = self.part(window, inside);
-        let mut solver = self.solver::<T, S>(block, &window, &problem)?;
+        let mut solver = self.solver::<T, S>(block, inside)?;
         self.job.restore(reading, &mut solver)?;
         Ok((solver, problem, window, inside))
     }
 
     /// The window as it is solved, and its problem.
     fn part(&self, window: &Window, inside: Inside) -> (Window, OwnedProblem) {
-        let mut window = window.clone();
-        window.ahead = window.ahead.filter(|_| inside.aimed);
+        let window = window.with_aim(inside.aimed);
         let problem = window.problem(&self.job.planned.problem);
         (window, problem)
     }
 
-    pub(super) fn solver<'m, T: Real, S: Space>(
+    /// A solver for it.
+    fn solver<'m, T: Real, S: Space>(
         &self,
         block: &'m mut [MaybeUninit<u8>],
-        window: &Window,
-        problem: &OwnedProblem,
-    ) -> Result<Solver<'m, T, S>, Failure> {
-        let params = self.params(window.is_searched());
-        let params = self.job.planned.choices(problem, &params);
-        Solver::new(&problem.problem(), &params, block).map_err(|error| solver_refusal(&error))
+        inside: Inside,
+    ) -> Result<Led<'m, T, S>, Failure> {
+        self.job.lead(Part::Window(self.number, inside.aimed), block)
     }
 
     /// Hands a solver what its window begins with.

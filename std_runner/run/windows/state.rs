@@ -8,6 +8,7 @@ use crate::exit::Failure;
 use crate::output::{Sample, Samples, Series};
 use crate::progress::Watch;
 use crate::remarks::KeyframeError;
+use crate::run::parts::Part;
 use crate::run::saved::{Progressed, Reading};
 use crate::stay::Stay;
 use core::mem::MaybeUninit;
@@ -123,8 +124,8 @@ impl Walk<'_> {
         let windows = self.job.planned.windows();
         let last = windows.get(self.number.saturating_sub(1));
         let last = last.ok_or_else(|| reading.damaged())?;
-        let problem = last.problem(&self.job.planned.problem);
-        let outputs = self.solver::<T, S>(block, last, &problem)?.outputs();
+        let part = Part::Window(self.number.saturating_sub(1), true);
+        let outputs = self.job.lead::<T, S>(part, block)?.outputs();
         let there = self.kept.go_on(files, outputs)?;
         there.ok_or_else(|| reading.damaged())?;
         let taken = self.left.go_on(&mut reading.file, &left, last.steps);

@@ -5,6 +5,7 @@ use crate::problem::OwnedProblem;
 use crate::remarks::KeyframeError;
 use crate::report::WindowRecord;
 use crate::run::found::{Found, density_range, leaves};
+use crate::run::masses::mass;
 use crate::run::saved::objective;
 use crate::windows::Window;
 use thurible_core::checkpoint::Damaged;
@@ -60,7 +61,7 @@ impl Sum {
         if window.start == 0 {
             self.source = [density_range(solver, 0..1)[1], solver.mass_at(0)];
         }
-        self.mass = solver.density(window.keeps).iter().map(|x| x.to_f64()).sum();
+        self.mass = mass(solver, window.keeps);
     }
 
     /// Passes over all of it.

@@ -7,7 +7,6 @@ use crate::checkpoint::Keeper;
 use crate::destination::Aside;
 use crate::exit::Failure;
 use crate::output::{Precision, Sample, Samples};
-use crate::plan;
 use crate::problem::OwnedProblem;
 use crate::progress::Watch;
 use crate::report::WindowRecord;
@@ -19,7 +18,7 @@ use crate::run::saved::{self, Reading};
 use crate::windows::Window;
 use core::mem::MaybeUninit;
 use thurible_core::method::registry::steers;
-use thurible_core::{Exec, Params, Progress, Real, Solver, Space, Status};
+use thurible_core::{Exec, Progress, Real, Solver, Space, Status};
 
 /// How far the windows have come.
 pub(super) struct Walk<'a> {
@@ -84,12 +83,6 @@ impl<'a> Walk<'a> {
     /// Whether the scene asks for a force at all.
     fn steers(&self) -> bool {
         steers(&self.job.planned.params)
-    }
-
-    /// The parameters of a window.
-    pub(super) fn params(&self, is_searched: bool) -> Params {
-        let params = &self.job.planned.params;
-        if is_searched { *params } else { plan::free(params) }
     }
 
     /// The number of the next window.
