@@ -351,6 +351,7 @@ fn wrong_meshes_are_refused_by_name() {
     write("far.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n");
     write("word.obj", b"v 0 0 0\nv 1 zero 0\n");
     write("nan.obj", b"v 0 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n");
+    write("one.obj", b"v 1 2 3\nv 1 2 3\nv 1 2 3\nf 1 2 3\n");
     write("text.stl", b"hello");
     write(
         "short.stl",
@@ -377,6 +378,7 @@ fn wrong_meshes_are_refused_by_name() {
         ("mesh = \"far.obj\"", 3, "has a face of point 8"),
         ("mesh = \"word.obj\"", 3, "a point in line 2"),
         ("mesh = \"nan.obj\"", 3, "has a point at [1.0, NaN"),
+        ("mesh = \"one.obj\"", 3, "has no size"),
         ("mesh = \"text.stl\"", 3, "is no STL"),
         (
             "mesh = \"short.stl\"",
@@ -460,6 +462,41 @@ fn a_gltf_file_says_the_same_again_and_again_without_taking_memory() {
         ("children.gltf", "has nodes that hold each other"),
     ] {
         let error = refusal(&format!("mesh = \"{name}\""), 3, &base).to_string();
+        assert!(error.contains(expected), "{name}: {error}");
+    }
+}
+
+/// Points of another type, sparse ones, numbers of no known type, and an accessor that begins behind its bytes though it holds nothing.
+#[test]
+fn unusual_accessors_of_a_gltf_file_are_refused() {
+    let base = folder("mesh_accessors");
+    let (points, faces) = ball([0.5; 3], 0.3);
+    let (text, buffer) = gltf(&points, &faces, "");
+    let of_points = format!("\"count\":{},\"type\":\"VEC3\"", points.len());
+    assert!(text.contains(&of_points));
+    let sparse = of_points.clone() + ",\"sparse\":{\"count\":1}";
+    let turned = of_points.replace("VEC3", "VEC2");
+    let behind = "\"count\":0,\"byteOffset\":99999999,\"type\":\"VEC3\"";
+    for (name, changed, expected) in [
+        (
+            "sparse",
+            text.replace(&of_points, &sparse),
+            "stored in an unusual way",
+        ),
+        (
+            "type",
+            text.replace(&of_points, &turned),
+            "stored in an unusual way",
+        ),
+        ("number", text.replace("5126", "5130"), "numbers are of type 5130"),
+        (
+            "behind",
+            text.replace(&of_points, behind),
+            "reaches beyond its bytes",
+        ),
+    ] {
+        fs::write(base.join(format!("{name}.glb")), glb(&changed, &buffer)).unwrap();
+        let error = refusal(&format!("mesh = \"{name}.glb\""), 3, &base).to_string();
         assert!(error.contains(expected), "{name}: {error}");
     }
 }

@@ -68,3 +68,27 @@ fn alpha_of_exr_is_taken_out_of_its_colours_and_windows_are_kept() {
         }
     }
 }
+
+/// A level that is no number is refused; one beyond all numbers is as one that is lighter than white.
+#[test]
+fn pictures_of_what_is_no_number_are_refused() {
+    let base = folder("picture_not_finite");
+    let drawn = |odd: f32| {
+        let channels = SpecificChannels::rgba(move |at: Vec2<usize>| {
+            let alpha = if at == Vec2(2, 1) { odd } else { 0.5 };
+            (0.25_f32, 0.25_f32, 0.25_f32, alpha)
+        });
+        let image = Image::from_channels((4, 4), channels);
+        image.write().to_file(base.join("a.exr")).unwrap();
+        let spec: ShapeSpec = toml::from_str("image = \"a.exr\"\nink = \"alpha\"").unwrap();
+        spec.rasterise(&canvas(4), &base)
+    };
+    let error = drawn(f32::NAN).unwrap_err().to_string();
+    assert!(
+        error.contains("a.exr") && error.contains("must be finite"),
+        "{error}"
+    );
+    // A pixel from the left of the picture, and from below.
+    let opaque = drawn(f32::INFINITY).unwrap();
+    assert_eq!((opaque[2 + 2 * 4], opaque[0]), (1.0, 0.5));
+}
