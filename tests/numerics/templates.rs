@@ -45,10 +45,14 @@ fn fields_at_faces(cells: &[usize], ends: &str) {
         placed.add(&Serial, &amplitude, &[], (0..slots, 0), &mut view_mut(&mut out));
         for slot in 0..slots {
             let acts = (1..5).contains(&slot);
-            for (axis, at) in places(&grid).flat_map(|at| (0..grid.dims).map(move |axis| (axis, at))) {
+            let inside = places(&grid).filter(|&at| !grid.is_outside(at));
+            for (axis, at) in inside.flat_map(|at| (0..grid.dims).map(move |axis| (axis, at))) {
                 let wall = at[axis] == 0 && ends.as_bytes()[axis] == b'w';
-                let x =
-                    core::array::from_fn(|i| (at[i] as f64 + if i == axis { 0.0 } else { 0.5 }) * grid.h[i]);
+                // Layers outside lie before the box begins.
+                let x = core::array::from_fn(|i| {
+                    let cell = (at[i] - grid.inside()[i].start) as f64;
+                    (cell + if i == axis { 0.0 } else { 0.5 }) * grid.h[i]
+                });
                 let a = amplitude(usize::from(slot == 4));
                 let f = expected(&template, grid.dims, a, x).unwrap()[axis];
                 let f = if acts && !wall { f } else { 0.0 };
@@ -67,6 +71,8 @@ fn templates_are_what_the_documents_say() {
     fields_at_faces(&[9, 7], "ww");
     fields_at_faces(&[8, 7], "wp");
     fields_at_faces(&[5, 6, 4], "wpw");
+    fields_at_faces(&[9, 7], "ol");
+    fields_at_faces(&[5, 6, 4], "lwh");
 }
 
 /// Noise has no divergence that shrinking cells do not take away, and its seed and size matter.

@@ -64,7 +64,9 @@ impl<'g> Placed<'g> {
         let place = move |x: usize| {
             let cell = grid.cell_at(row, x);
             let at = core::array::from_fn(|of| {
-                grid.in_whole(of, cell[of]) as f64 + if of == axis { 0.0 } else { 0.5 }
+                // Layers outside lie before the box begins.
+                let inside = grid.in_whole(of, cell[of]) as f64 - grid.layers(of, Side::Low) as f64;
+                inside + if of == axis { 0.0 } else { 0.5 }
             });
             let [[x, y, z], [hx, hy, hz]] = [at, grid.h];
             [x * hx, y * hy, z * hz]
