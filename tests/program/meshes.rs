@@ -466,7 +466,38 @@ fn a_gltf_file_says_the_same_again_and_again_without_taking_memory() {
     }
 }
 
-/// Points of another type, sparse ones, numbers of no known type, and an accessor that begins behind its bytes though it holds nothing.
+/// A node that mirrors its mesh turns no body inside out: beside and across another one it is smoke as that is.
+#[test]
+fn a_mirrored_node_is_a_body_like_another() {
+    let base = folder("mesh_mirrored");
+    let canvas = box_of(24);
+    let (points, faces) = ball([0.4, 0.5, 0.5], 0.25);
+    let (text, buffer) = gltf(&points, &faces, "");
+    // The second ball's middle is at 1 - 0.4, or at 0.4 + 0.2.
+    let node = |scale: &str, along: f64| {
+        format!("{{\"mesh\":0,\"scale\":[{scale},0.5,0.5],\"translation\":[{along},0,0]}}")
+    };
+    let mut drawn = Vec::new();
+    for (name, second) in [("plain", node("0.5", 0.2)), ("mirrored", node("-0.5", 1.0))] {
+        let nodes = text.replace("\"children\":[1]", "\"children\":[1,2]").replace(
+            "\"scale\":[0.5,0.5,0.5]}]",
+            &format!("\"scale\":[0.5,0.5,0.5]}},{second}]"),
+        );
+        fs::write(base.join(format!("{name}.glb")), glb(&nodes, &buffer)).unwrap();
+        let (cells, notes) = draw(&format!("mesh = \"{name}.glb\"\nfit = \"world\""), &canvas, &base);
+        assert!(
+            notes.iter().all(|note| !note.text.contains("inside out")),
+            "{notes:?}"
+        );
+        drawn.push(cells);
+    }
+    assert!(drawn[0].iter().sum::<f64>() > 1200.0);
+    let off = farthest(&drawn[0], &drawn[1]);
+    assert!(off < 0.1, "{off}");
+}
+
+/// Points of another type, sparse ones, numbers of no known type, and accessors that end behind their bytes, or begin there
+/// though they hold nothing.
 #[test]
 fn unusual_accessors_of_a_gltf_file_are_refused() {
     let base = folder("mesh_accessors");
@@ -476,6 +507,7 @@ fn unusual_accessors_of_a_gltf_file_are_refused() {
     assert!(text.contains(&of_points));
     let sparse = of_points.clone() + ",\"sparse\":{\"count\":1}";
     let turned = of_points.replace("VEC3", "VEC2");
+    let long = format!("\"count\":{},\"type\":\"VEC3\"", points.len() + 1);
     let behind = "\"count\":0,\"byteOffset\":99999999,\"type\":\"VEC3\"";
     for (name, changed, expected) in [
         (
@@ -492,6 +524,11 @@ fn unusual_accessors_of_a_gltf_file_are_refused() {
         (
             "behind",
             text.replace(&of_points, behind),
+            "reaches beyond its bytes",
+        ),
+        (
+            "long",
+            text.replace(&of_points, &long),
             "reaches beyond its bytes",
         ),
     ] {
