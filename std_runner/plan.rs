@@ -55,9 +55,10 @@ impl Planned {
         self.began_under.unwrap_or(now)
     }
 
-    /// `params` for a part of the problem, with the choices of the solve that goes on.
-    pub fn choices(&self, problem: &OwnedProblem, params: &Params) -> Params {
-        chosen(problem, params, self.precision, self.began_under)
+    /// The parameters for a part of the problem, or for the flow of one that is not searched, with the choices of the solve that goes on.
+    pub fn choices(&self, problem: &OwnedProblem, is_searched: bool) -> Params {
+        let params = of_part(&self.params, is_searched);
+        chosen(problem, &params, self.precision, self.began_under)
     }
 
     /// Iterations that the solver reports at most.
@@ -84,12 +85,14 @@ impl Planned {
     }
 }
 
-/// The parameters of a flow that nothing steers.
-pub fn free(params: &Params) -> Params {
-    Params {
-        method: Method::Simulate,
-        ..*params
-    }
+/// The parameters of what is searched, or of a flow that nothing steers.
+fn of_part(params: &Params, is_searched: bool) -> Params {
+    let method = if is_searched {
+        params.method
+    } else {
+        Method::Simulate
+    };
+    Params { method, ..*params }
 }
 
 /// The plan of a problem, or of that of its windows that takes most; a flow that nothing steers fits into it too.
@@ -127,8 +130,7 @@ fn plan_of(
             .for_each(|piece| add(false, piece.problem(&problem.unsteered())));
     }
     let plan = |(searched, problem): &(bool, OwnedProblem)| {
-        let free = free(params);
-        let params = chosen(problem, if *searched { params } else { &free });
+        let params = chosen(problem, &of_part(params, *searched));
         problem.plan(&params, precision)
     };
     let plans = kinds.iter().map(plan).collect::<Result<Vec<_>, _>>()?;
@@ -218,7 +220,8 @@ fn over_limit(scene: &Scene, planned: &Planned, options: &PlanOptions, limit: us
     });
     if planned.problem.share.is_some() {
         ways.push("take more ranks".into());
-    } else if planned.windows.is_none() {
+    }
+    if planned.windows.is_none() {
         ways.push("solve it in parts by `method.window`".into());
     }
     let (path, given) = (scene.document.path(), options.limit.is_some());

@@ -46,10 +46,11 @@ pub fn keyframe_errors<T: Real, S: Space>(
     steps.iter().enumerate().map(error).collect()
 }
 
-/// The density of a step as it is stored, or where ranks share it as it is read.
+/// The density of a step in the layout of a file: as it is stored, where that is the same.
 pub(crate) fn density<'s, T: Real, S: Space>(solver: &'s Solver<'_, T, S>, step: usize) -> Cow<'s, [T]> {
-    if !solver.is_shared() {
-        return Cow::Borrowed(solver.density(step));
+    let stored = solver.density(step);
+    if !solver.is_shared() && stored.len() == solver.cells() {
+        return Cow::Borrowed(stored);
     }
     let mut density = vec![T::ZERO; solver.cells()];
     solver.read(&DENSITY, step, 0, &mut density);
@@ -58,8 +59,9 @@ pub(crate) fn density<'s, T: Real, S: Space>(solver: &'s Solver<'_, T, S>, step:
 
 /// The same of a keyframe's target.
 fn keyframe<'s, T: Real, S: Space>(solver: &'s Solver<'_, T, S>, index: usize) -> Cow<'s, [T]> {
-    if !solver.is_shared() {
-        return Cow::Borrowed(solver.keyframe(index));
+    let stored = solver.keyframe(index);
+    if !solver.is_shared() && stored.len() == solver.cells() {
+        return Cow::Borrowed(stored);
     }
     let mut density = vec![T::ZERO; solver.cells()];
     solver.read_keyframe(index, &mut density);

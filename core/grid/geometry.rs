@@ -172,18 +172,17 @@ impl Grid {
         Axis::new(self.n[axis], self.ends[axis])
     }
 
-    /// Layers of cells outside the box beyond a side of an axis: 1 where that is open, else 0.
-    #[inline(always)]
+    /// Layers of cells outside the whole box beyond a side of an axis: 1 where that is open, else 0.
+    #[inline]
     #[must_use]
-    pub const fn layers(&self, axis: usize, side: Side) -> usize {
-        self.ends[axis].opens(side) as usize
+    pub fn layers(&self, axis: usize, side: Side) -> usize {
+        usize::from(self.whole_axis(axis).ends().opens(side))
     }
 
     /// Whether a side of the whole box is open.
     #[must_use]
     pub fn is_open(&self) -> bool {
-        let layers = self.part().map_or([0; 2], |part| part.layers);
-        layers != [0; 2] || self.ends.iter().take(self.dims).any(|end| end.is_open())
+        (0..self.dims).any(|axis| self.whole_axis(axis).ends().is_open())
     }
 
     /// The cells inside the box between walls where it has open sides.

@@ -35,7 +35,8 @@ pub fn coarsen(grid: &Grid) -> Option<Grid> {
 #[must_use]
 pub fn hierarchy(finest: &Grid) -> heapless::Vec<Grid, MAX_LEVELS> {
     let share = finest.part().map(|part| part.share);
-    let enough = |grid: &Grid| share.filter(|share| grid.planes() >= share.reach * share.ranks);
+    let inside = |grid: &Grid| grid.axis(grid.dims - 1).inside().len();
+    let enough = |grid: &Grid| share.filter(|share| inside(grid) >= share.reach * share.ranks);
     core::iter::successors(Some(finest.whole()), coarsen)
         .take(MAX_LEVELS)
         .map(|grid| grid.shared(enough(&grid)))

@@ -2,11 +2,11 @@
 //!
 //! The grid of a rank has the copies among its cells and ends there as at a wall: rows of copies are computed as all others, with what is wrong
 //! where they would read further, and [`borders`](crate::field::borders) overwrites them by what their owner has. Nothing that is the rank's own
-//! reads further than the copies reach.
+//! reads further than the copies reach. Layers outside of open ends are among the planes of the first and the last rank.
 
 use super::{Axis, Boundary, Grid, Part, Share, Side};
 use crate::exec::ranks::{Ranks, refresh, tell};
-use crate::memory::part::cut;
+use crate::memory::part::slab;
 use crate::memory::{Held, Plain};
 use core::ops::Range;
 
@@ -22,7 +22,7 @@ impl Grid {
             share,
             planes: self.n[last],
             ring: self.axis(last).is_ring(),
-            layers: [Side::Low, Side::High].map(|side| self.layers(last, side)),
+            layers: self.layers_at_ends(),
         };
         let mut own = Self {
             part: Some(part),
@@ -31,6 +31,11 @@ impl Grid {
         own.n[last] = part.held();
         own.ends[last] = Boundary::Wall;
         own
+    }
+
+    /// Layers outside the box at the ends of the last axis.
+    fn layers_at_ends(&self) -> [usize; 2] {
+        [Side::Low, Side::High].map(|side| self.layers(self.dims - 1, side))
     }
 
     /// Whether other ranks have other parts of the box.
@@ -150,7 +155,7 @@ pub fn settle<P: Plain + Default>(
     };
     let plane = field.len() / target.planes().max(1);
     for rank in 0..part.share.ranks {
-        let planes = cut(target.planes(), 1, rank, part.share.ranks);
+        let planes = made_by(target, rank, part.share.ranks);
         if let Some(made) = field.get_mut(planes.start * plane..planes.end * plane) {
             tell(ranks, rank, made);
         }
@@ -161,9 +166,14 @@ pub fn settle<P: Plain + Default>(
 #[must_use]
 pub fn made_here(source: &Grid, target: &Grid) -> Range<usize> {
     match (source.part(), target.part()) {
-        (Some(part), None) => cut(target.planes(), 1, part.share.rank, part.share.ranks),
+        (Some(part), None) => made_by(target, part.share.rank, part.share.ranks),
         _ => target.own_planes(),
     }
+}
+
+/// The planes of a grid that all ranks have which one of them makes of its part of a finer grid.
+fn made_by(whole: &Grid, rank: usize, ranks: usize) -> Range<usize> {
+    slab(whole.planes(), whole.layers_at_ends(), rank, ranks)
 }
 
 /// How the last axis of a box that ranks share ends.

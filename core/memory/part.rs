@@ -5,6 +5,9 @@
 //! rank 1            4 5 | 6 7 8 9 10 | 11 12
 //! rank 2                  9 10 | 11 12 13 14 15 | wall
 //! ```
+//!
+//! Layers outside of open ends are planes of the first and the last rank beside the share that each has of those inside, so that a coarser grid, which has
+//! as many layers, is cut where the finer one is.
 
 use core::ops::Range;
 
@@ -17,6 +20,16 @@ pub fn cut(total: usize, unit: usize, rank: usize, ranks: usize) -> Range<usize>
     let pieces = total.div_ceil(unit.max(1));
     let begin = |rank: usize| (pieces * rank / ranks.max(1) * unit).min(total);
     begin(rank)..begin(rank + 1)
+}
+
+/// The planes of a rank, of `planes` among which are so many `layers` outside at either end.
+#[must_use]
+pub fn slab(planes: usize, layers: [usize; 2], rank: usize, ranks: usize) -> Range<usize> {
+    let [below, above] = layers;
+    let inside = cut(planes.saturating_sub(below + above), 1, rank, ranks);
+    let start = if rank == 0 { 0 } else { below + inside.start };
+    let end = below + inside.end + if rank + 1 == ranks { above } else { 0 };
+    start..end
 }
 
 /// Which of the ranks that share a box.
@@ -60,7 +73,7 @@ impl Part {
     /// The planes of the whole field that a rank has.
     #[must_use]
     pub fn of(self, rank: usize) -> Range<usize> {
-        cut(self.planes, 1, rank, self.share.ranks)
+        slab(self.planes, self.layers, rank, self.share.ranks)
     }
 
     /// Copies below and above this rank's planes.

@@ -63,12 +63,12 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
                 Some(Verb::Given) => self.send_given(a),
                 Some(Verb::Emission) => self.emission(exec, a, &mut []),
                 Some(Verb::Jet) => self.send_jet(a, b),
-                Some(Verb::Left) => self.take_left(&[]),
-                Some(Verb::Give) => self.take_given(a, b, &[]),
+                Some(Verb::GoOn) => self.take_left(&[]),
+                Some(Verb::Guess) => self.take_guess(a, b, &[]),
                 Some(Verb::Begin) => {
                     let _ = self.begin_at_given(exec);
                 }
-                Some(Verb::Spent) => {
+                Some(Verb::Price) => {
                     self.objective_of(exec, a, b);
                 }
                 Some(Verb::Save) => self.send_state(),

@@ -33,10 +33,10 @@ pub(super) enum Verb {
     Given,
     Emission,
     Jet,
-    Left,
-    Give,
+    GoOn,
+    Guess,
     Begin,
-    Spent,
+    Price,
     Save,
     Restore,
     End,
@@ -59,10 +59,10 @@ impl Verb {
         Self::Given,
         Self::Emission,
         Self::Jet,
-        Self::Left,
-        Self::Give,
+        Self::GoOn,
+        Self::Guess,
         Self::Begin,
-        Self::Spent,
+        Self::Price,
         Self::Save,
         Self::Restore,
         Self::End,
@@ -201,9 +201,12 @@ impl<T: Real> Shared<'_, T> {
     /// A field of one time level from what the first rank is given of it in the layout of a file, times `unit`: of the faces of `axis`, or of cells.
     pub fn put(&mut self, place: (&Grid, Option<usize>), given: &[T], unit: T, field: &mut [T]) {
         self.put_slot(place, given, unit, field, [1, 0]);
+        if let (Some(ranks), (grid, axis)) = (self.ranks, place) {
+            refresh(ranks, Held::of(grid.part(), grid.dims, axis), field);
+        }
     }
 
-    /// [`Self::put`] to time level `slot` of a trajectory of `slots`.
+    /// The same to time level `slot` of a trajectory of `slots`, whose copies are left to the caller.
     pub fn put_slot(
         &mut self,
         (grid, axis): (&Grid, Option<usize>),
@@ -226,7 +229,6 @@ impl<T: Real> Shared<'_, T> {
             swap(ranks, None, &[], Some(0), own);
             layout.write_slot(own, unit, field, slot);
         }
-        refresh(ranks, Held::of(grid.part(), grid.dims, axis), field);
     }
 
     /// Collects in `out` of the first rank what `own` writes of each rank's part, in the layout of a file; the others [send](Self::send) theirs.

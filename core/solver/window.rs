@@ -5,6 +5,7 @@ use super::errors::InputError;
 use super::layout::{FileLayout, finite};
 use super::shared::Verb;
 use crate::exec::Exec;
+use crate::field::borders;
 use crate::grid::Space;
 use crate::method::animation::Animation;
 use crate::objective::script::Script;
@@ -19,7 +20,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     /// [`InputError`]: wrong length, a value that is not finite.
     pub fn go_on_from(&mut self, density: &[T]) -> Result<(), InputError> {
         finite(density, self.cells())?;
-        self.shared.ask(Verb::Left, [0; 3]);
+        self.shared.ask(Verb::GoOn, [0; 3]);
         self.take_left(density);
         Ok(())
     }
@@ -52,13 +53,13 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
             return Err(InputError::Index { given, count });
         }
         finite(faces, FileLayout::new(&grid.whole(), axis).len())?;
-        self.shared.ask(Verb::Give, [step, axis, 0]);
-        self.take_given(step, axis, faces);
+        self.shared.ask(Verb::Guess, [step, axis, 0]);
+        self.take_guess(step, axis, faces);
         Ok(())
     }
 
     /// Takes a component of v_step, which the first rank has checked.
-    pub(super) fn take_given(&mut self, step: usize, axis: usize, faces: &[T]) {
+    pub(super) fn take_guess(&mut self, step: usize, axis: usize, faces: &[T]) {
         let (grid, unit) = (*self.grid(), T::from_f64(1.0 / self.units.velocity));
         let Animation { v, slots, .. } = self.engine.get_mut().parts().animation;
         let slot = [*slots, step.saturating_sub(1)];
@@ -77,6 +78,8 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     pub fn begin_at_given(&mut self, exec: &dyn Exec) -> Result<bool, InputError> {
         self.shared.ask(Verb::Begin, [0; 3]);
         self.prepared(exec)?;
+        let Animation { levels, v, .. } = self.engine.get_mut().parts().animation;
+        borders::refresh_faces(exec, &levels.finest, v);
         let script = Script::new(self.lists, &*self.fields);
         Ok(self.engine.get_mut().begin_at(exec, &script))
     }
@@ -84,7 +87,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     /// The objective of a part of the result, after [`Self::finish`]: of the keyframes at step `last` or before, and the first `forces` forces.
     /// That of the whole where the method cannot tell.
     pub fn objective_of(&mut self, exec: &dyn Exec, last: usize, forces: usize) -> Objective {
-        self.shared.ask(Verb::Spent, [last, forces, 0]);
+        self.shared.ask(Verb::Price, [last, forces, 0]);
         let script = Script::new(self.lists, &*self.fields);
         let Some((parts, w)) = self.engine.get_mut().spent() else {
             return self.objective;

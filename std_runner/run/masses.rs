@@ -2,11 +2,11 @@
 
 use super::inputs::set_smoke;
 use super::job::Job;
-use super::parts::Part;
+use super::stages::Stage;
 use crate::exit::Failure;
 use crate::remarks::density;
 use core::mem::MaybeUninit;
-use thurible_core::{Exec, Real, Silent, Solver, Space};
+use thurible_core::{Exec, Real, Silent, Solver, SolverError, Space};
 
 /// The mass of the smoke at every step of a flow that nothing steers, simulated in the block of the solve; `None` where no keyframe asks.
 ///
@@ -25,9 +25,8 @@ pub(super) fn of_a_free_flow<T: Real, S: Space>(
         let why = format!("cannot be true here: {why}; set it to false, or let the emitters add by a rate");
         scene.document.refuse("control.match_mass", why)
     };
-    let mut solver = job
-        .lead::<T, S>(Part::Free, block)
-        .map_err(|error| unknown(&format!("the mass is that of a free flow, and {error}")))?;
+    let refusal = |error: &SolverError| unknown(&format!("the mass is that of a free flow, and {error}"));
+    let (mut solver, _) = job.lead_unless::<T, S>(Stage::Free, block, refusal)?;
     set_smoke(scene, &mut solver, &mut Vec::new())?;
     solver.solve(exec, &mut Silent, &mut |_| {});
     if !solver.is_finished() {

@@ -1,21 +1,21 @@
-//! The parts of a job that have a solver each, one after the other in the same block: the scene or its windows, and what is looked at before. Where
-//! ranks share the scene, the first one says which part comes next, and the others follow its solver.
+//! The stages of a job, which have a solver each, one after the other in the same block: the scene or its windows, and what is looked at before. Where
+//! ranks share the scene, the first one says which stage comes next, and the others follow its solver.
 
 use super::inputs::solver_refusal;
 use super::job::Job;
 use crate::checkpoint::unlike_ranks;
 use crate::exit::Failure;
-use crate::plan::{Planned, free};
+use crate::plan::Planned;
 use crate::problem::OwnedProblem;
 use core::mem::MaybeUninit;
 use core::ops::{Deref, DerefMut};
 use std::thread;
 use thurible_core::exec::ranks::tell;
-use thurible_core::{Exec, Params, Real, Solver, Space};
+use thurible_core::{Exec, Params, Real, Solver, SolverError, Space};
 
-/// A part with a solver of its own.
+/// What has a solver of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Part {
+pub(super) enum Stage {
     /// The scene.
     Whole,
     /// The scene without what steers it.
@@ -28,7 +28,7 @@ pub(super) enum Part {
     Window(usize, bool),
 }
 
-impl Part {
+impl Stage {
     /// The numbers by which it is told; [`OVER`] is none of them.
     fn words(self) -> [usize; 3] {
         match self {
@@ -40,7 +40,8 @@ impl Part {
         }
     }
 
-    fn told([kind, number, aimed]: [usize; 3]) -> Option<Self> {
+    /// That of these numbers.
+    fn of_words([kind, number, aimed]: [usize; 3]) -> Option<Self> {
         Some(match kind {
             1 => Self::Whole,
             2 => Self::Free,
@@ -53,36 +54,26 @@ impl Part {
 
     /// Its problem, and what its solver is to do.
     fn of(self, planned: &Planned) -> Option<(OwnedProblem, Params)> {
-        let problem = match self {
-            Self::Whole => planned.problem.clone(),
-            Self::Free => planned.problem.unsteered(),
+        let whole = &planned.problem;
+        let (problem, is_searched) = match self {
+            Self::Whole => (whole.clone(), true),
+            Self::Free => (whole.unsteered(), false),
             Self::FreeWindow(number) => {
-                let whole = planned.problem.unsteered();
-                planned.windows?.of(&whole).get(number)?.problem(&whole)
+                let free = whole.unsteered();
+                (planned.windows?.of(&free).get(number)?.problem(&free), false)
             }
-            Self::Way(number) => planned.windows().get(number)?.way(&planned.problem)?,
+            Self::Way(number) => (planned.windows().get(number)?.way(whole)?, true),
             Self::Window(number, aimed) => {
                 let window = planned.windows().get(number)?.with_aim(aimed);
-                let problem = window.problem(&planned.problem);
-                let simulated = free(&planned.params);
-                let params = if window.is_searched() {
-                    &planned.params
-                } else {
-                    &simulated
-                };
-                let params = planned.choices(&problem, params);
-                return Some((problem, params));
+                (window.problem(whole), window.is_searched())
             }
         };
-        let params = match self {
-            Self::Free | Self::FreeWindow(_) => free(&planned.params),
-            _ => planned.choices(&problem, &planned.params),
-        };
+        let params = planned.choices(&problem, is_searched);
         Some((problem, params))
     }
 }
 
-/// What is told when there is no part any more.
+/// What is told when there is no stage any more.
 const OVER: [usize; 3] = [0; 3];
 
 /// A solver that other ranks follow, if there are any, until it is dropped.
@@ -112,23 +103,35 @@ impl<T: Real, S: Space> Drop for Led<'_, T, S> {
 }
 
 impl Job {
-    /// A solver for a part, which the other ranks make too, and follow.
+    /// A solver for a stage, which the other ranks make too, and follow; and its problem.
     pub(super) fn lead<'m, T: Real, S: Space>(
         &self,
-        part: Part,
+        stage: Stage,
         block: &'m mut [MaybeUninit<u8>],
-    ) -> Result<Led<'m, T, S>, Failure> {
-        self.told(part.words());
-        self.solver(part, block).map(Led)
+    ) -> Result<(Led<'m, T, S>, OwnedProblem), Failure> {
+        self.lead_unless(stage, block, solver_refusal)
     }
 
-    /// Lets the other ranks go, which followed part after part.
+    /// The same, where `refusal` says what it means that the block does not suit it.
+    pub(super) fn lead_unless<'m, T: Real, S: Space>(
+        &self,
+        stage: Stage,
+        block: &'m mut [MaybeUninit<u8>],
+        refusal: impl FnOnce(&SolverError) -> Failure,
+    ) -> Result<(Led<'m, T, S>, OwnedProblem), Failure> {
+        self.said(stage.words());
+        let (problem, params) = stage.of(&self.planned).ok_or_else(unlike_ranks)?;
+        let solver = self.solver(&problem, &params, block);
+        Ok((Led(solver.map_err(|error| refusal(&error))?), problem))
+    }
+
+    /// Lets the other ranks go, which followed stage after stage.
     pub(super) fn dismiss(&self) {
-        self.told(OVER);
+        self.said(OVER);
     }
 
     /// The words of the first rank.
-    fn told(&self, mut words: [usize; 3]) -> [usize; 3] {
+    fn said(&self, mut words: [usize; 3]) -> [usize; 3] {
         if let Some(ranks) = self.options.ranks {
             tell(ranks, 0, &mut words);
         }
@@ -137,31 +140,32 @@ impl Job {
 
     fn solver<'m, T: Real, S: Space>(
         &self,
-        part: Part,
+        problem: &OwnedProblem,
+        params: &Params,
         block: &'m mut [MaybeUninit<u8>],
-    ) -> Result<Solver<'m, T, S>, Failure> {
-        let (problem, params) = part.of(&self.planned).ok_or_else(unlike_ranks)?;
-        let mut solver =
-            Solver::new(&problem.problem(), &params, block).map_err(|error| solver_refusal(&error))?;
+    ) -> Result<Solver<'m, T, S>, SolverError> {
+        let mut solver = Solver::new(&problem.problem(), params, block)?;
         if let Some(ranks) = self.options.ranks {
             solver.share(ranks);
         }
         Ok(solver)
     }
 
-    /// Follows the first rank through all parts.
+    /// Follows the first rank through all stages.
     pub(super) fn follow_through<T: Real, S: Space>(
         &self,
         exec: &dyn Exec,
         block: &mut [MaybeUninit<u8>],
     ) -> Result<(), Failure> {
         loop {
-            let words = self.told(OVER);
+            let words = self.said(OVER);
             if words == OVER {
                 return Ok(());
             }
-            let part = Part::told(words).ok_or_else(unlike_ranks)?;
-            self.solver::<T, S>(part, block)?.follow(exec);
+            let stage = Stage::of_words(words).and_then(|stage| stage.of(&self.planned));
+            let (problem, params) = stage.ok_or_else(unlike_ranks)?;
+            let solver = self.solver::<T, S>(&problem, &params, block);
+            solver.map_err(|error| solver_refusal(&error))?.follow(exec);
         }
     }
 }
@@ -172,12 +176,12 @@ mod tests {
 
     #[test]
     fn what_is_told_is_what_is_heard() {
-        let parts = [Part::Whole, Part::Free, Part::FreeWindow(3), Part::Way(2)];
-        let windows = [Part::Window(4, false), Part::Window(5, true)];
-        for part in parts.into_iter().chain(windows) {
-            assert_ne!(part.words(), OVER);
-            assert_eq!(Part::told(part.words()), Some(part));
+        let stages = [Stage::Whole, Stage::Free, Stage::FreeWindow(3), Stage::Way(2)];
+        let windows = [Stage::Window(4, false), Stage::Window(5, true)];
+        for stage in stages.into_iter().chain(windows) {
+            assert_ne!(stage.words(), OVER);
+            assert_eq!(Stage::of_words(stage.words()), Some(stage));
         }
-        assert_eq!(Part::told(OVER), None);
+        assert_eq!(Stage::of_words(OVER), None);
     }
 }

@@ -7,9 +7,9 @@ use super::job::{Job, Solved, iterate, show};
 use super::masses;
 use super::messages::{self, not_finite};
 use super::outcome::Facts;
-use super::parts::Part;
 use super::saved::{self, Ended, Progressed, Reading};
 use super::settled::Settled;
+use super::stages::Stage;
 use crate::checkpoint::{Inputs as Files, Keeper, Words};
 use crate::destination::Destination;
 use crate::devices::Searching;
@@ -32,7 +32,7 @@ impl Job {
             Some(_) => None,
             None => masses::of_a_free_flow::<T, S>(self, exec, block)?,
         };
-        let mut solver = self.lead::<T, S>(Part::Whole, block)?;
+        let (mut solver, _) = self.lead::<T, S>(Stage::Whole, block)?;
         self.solve_by(&mut solver, exec, masses.as_deref(), began_with)
     }
 

@@ -11,6 +11,7 @@ use thurible_core::grid::tables::Tables;
 use thurible_core::grid::taps::{TRANSFERS, Transfer};
 use thurible_core::grid::{Grid, Share, levels};
 use thurible_core::nso::transfer;
+use thurible_core::objective::coarse;
 use thurible_core::words::Named;
 use thurible_core::{
     Advection, Boundary, Colours, D2, D3, Emitter, Exec, Feature, Method, NsoSolver, Params, Plan, PlanError,
@@ -696,6 +697,10 @@ fn with_open_ends() {
         ..NESTED_2D
     };
     nested.ranks_agree::<f64, D2>(&[2, 5]);
+    // A low layer, which coarser grids have too, shifts no planes from rank to rank.
+    for ends in [&[W, LOW], &[P, OPEN]] {
+        Case { ends, ..nested }.ranks_agree::<f32, D2>(&[3, 4, 5, 6]);
+    }
     let space = Case {
         scheme: Scheme::Limited,
         ends: &[W, HIGH, OPEN],
@@ -714,7 +719,25 @@ fn with_open_ends() {
         more: &[Feature::Solids],
         ..ALTERNATED
     };
-    alternated.ranks_agree::<f32, D2>(&[2, 5]);
+    alternated.ranks_agree::<f32, D2>(&[2, 4]);
+    // From coarser grids, on an axis that does not halve.
+    for ends in [&[W, OPEN], &[W, LOW], &[W, W]] {
+        let nested = Case {
+            cells: &[16, 21],
+            nested: true,
+            steps: 7,
+            ends,
+            more: &[],
+            ..alternated
+        };
+        nested.ranks_agree::<f64, D2>(&[2, 3, 5]);
+    }
+    let blown = Case {
+        more: &[Feature::Templates],
+        ends: &[W, LOW],
+        ..plane
+    };
+    blown.ranks_agree::<f64, D2>(&[2, 3]);
 }
 
 #[test]
@@ -990,25 +1013,36 @@ fn long_axes() {
 /// lowest of what it has, whose residuals would read further.
 #[test]
 fn a_rank_has_what_its_planes_are_made_of() {
-    for n in (10..64).chain([97, 127, 130]) {
-        for (ends, ranks) in [(W, 2), (W, 3), (W, 5), (P, 2), (P, 3)] {
-            let whole = Grid::new(&[3, n], &[W, ends]);
-            for rank in (0..ranks).filter(|_| n >= transfer::REACH * ranks) {
+    let ends = [W, P, OPEN, LOW, HIGH];
+    for (n, end) in (4..64)
+        .chain([97, 127, 130])
+        .flat_map(|n| ends.map(|end| (n, end)))
+    {
+        // Transport's reach is enough where an axis halves, and a nested start's wherever nothing is collected.
+        for (ranks, reach) in [2, 3, 4, 5, 7]
+            .into_iter()
+            .flat_map(|ranks| [2, coarse::REACH, transfer::REACH].map(|reach| (ranks, reach)))
+        {
+            let whole = Grid::new(&[3, n], &[W, end]);
+            for rank in (0..ranks).filter(|_| n >= reach * ranks) {
                 let share = Share {
-                    reach: transfer::REACH,
+                    reach,
                     ..Share::new(rank, ranks)
                 };
                 let [own, all] = [whole.shared(Some(share)), whole].map(|grid| levels::hierarchy(&grid));
                 let pairs = own.windows(2).zip(all.windows(2));
                 for (own, all) in pairs.filter(|(own, _)| own[0].is_part()) {
-                    same_taps(own, all);
+                    let halves = all[0].inside()[1].len() == 2 * all[1].inside()[1].len();
+                    if halves || reach > 2 {
+                        same_taps(own, all, reach == transfer::REACH);
+                    }
                 }
             }
         }
     }
 }
 
-fn same_taps(own: &[Grid], all: &[Grid]) {
+fn same_taps(own: &[Grid], all: &[Grid], collects: bool) {
     let lens = [own, all].map(|pair| Tables::<f64>::len(&pair[0], &pair[1]));
     let [(mut i, mut x), (mut j, mut y)] = lens.map(|len| (vec![0; len], vec![0.0; len]));
     let here = Tables::new(&own[0], &own[1], &mut i, &mut x);
@@ -1020,12 +1054,20 @@ fn same_taps(own: &[Grid], all: &[Grid]) {
         } else {
             (own[0], own[1])
         };
+        let is_collected = matches!(transfer, Transfer::CollectCell | Transfer::CollectFace);
+        if is_collected && !collects {
+            continue;
+        }
+        let is_of_faces = matches!(transfer, Transfer::RestrictFace | Transfer::ProlongFace);
         for plane in made_here(&from, &to) {
             let found: Vec<(usize, f64)> = here.taps(1, transfer, plane).collect();
-            if matches!(transfer, Transfer::CollectCell | Transfer::CollectFace) {
-                let has_below = from.own_planes().start > 0;
-                assert!(!has_below || found.iter().all(|&(plane, _)| plane > 1));
-            }
+            // On the lowest faces of copies stands 0.
+            let untold = if is_collected { 2 } else { usize::from(is_of_faces) };
+            let has_below = from.own_planes().start > 0;
+            assert!(
+                !has_below || found.iter().all(|&(plane, _)| plane >= untold),
+                "{transfer:?} {plane} of {own:?}"
+            );
             let in_whole = found
                 .iter()
                 .map(|&(plane, weight)| (from.in_whole(1, plane), weight));

@@ -26,13 +26,13 @@ use crate::exec::Exec;
 use crate::field::slot::RETREATS;
 use crate::field::{Vector, VectorMut, means, view};
 use crate::grid::Space;
-use crate::memory::part::REACH;
 use crate::memory::{Layout, Ledger, Pool, Sharing, TooSmall};
 use crate::method::animation::Animation;
 use crate::method::contract::{Contract, Measure, Parts};
 use crate::method::params::Params;
 use crate::method::refusal::PlanError;
 use crate::nso::{Bases, NsoSolver, SmootherMemory, Workspace, newton, transfer};
+use crate::objective::coarse;
 use crate::objective::script::Script;
 use crate::observe::Observer;
 use crate::problem::{Feature, Problem};
@@ -181,7 +181,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
     fn reach(params: &Params) -> Option<usize> {
         Some(match params.admm.nso.solver {
             NsoSolver::Stfas => transfer::REACH,
-            NsoSolver::NewtonCg => REACH,
+            NsoSolver::NewtonCg => coarse::REACH,
         })
     }
 

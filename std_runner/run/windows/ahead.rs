@@ -10,8 +10,8 @@ use crate::run::frames::SolverFrames;
 use crate::run::inputs::{set_mask, solid_cells};
 use crate::run::job::Job;
 use crate::run::masses::mass;
-use crate::run::parts::Part;
 use crate::run::reach::Reach;
+use crate::run::stages::Stage;
 use crate::run::targets::{Which, check_reach, set_keyframes};
 use crate::scene::Scene;
 use crate::windows::Window;
@@ -80,8 +80,7 @@ fn free_masses<T: Real + Sample, S: Space>(
     let whole = job.planned.problem.unsteered();
     let mut masses = Vec::new();
     for (number, window) in windows.of(&whole).into_iter().enumerate() {
-        let problem = window.problem(&whole);
-        let mut solver = job.lead::<T, S>(Part::FreeWindow(number), block)?;
+        let (mut solver, problem) = job.lead::<T, S>(Stage::FreeWindow(number), block)?;
         left.begin(scene, None, &window, &mut solver, &mut Vec::new())?;
         solver.solve(exec, &mut Silent, &mut |_| {});
         if !solver.is_finished() {
@@ -126,11 +125,11 @@ impl Look<'_> {
         (number, window): (usize, &Window),
     ) -> Result<Aim, Failure> {
         let (planned, request) = (&self.job.planned, &self.job.request);
-        let (Some(way), Some(ahead)) = (window.way(&planned.problem), &window.ahead) else {
+        let Some(ahead) = &window.ahead else {
             return Ok(Aim::Nowhere);
         };
         let scene = &request.scene;
-        let mut solver = self.job.lead::<T, S>(Part::Way(number), block)?;
+        let (mut solver, way) = self.job.lead::<T, S>(Stage::Way(number), block)?;
         let seen = Window {
             emitters: window.emitters_on_way(&planned.problem),
             ..window.clone()

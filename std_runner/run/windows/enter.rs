@@ -8,8 +8,8 @@ use crate::problem::OwnedProblem;
 use crate::progress::Watch;
 use crate::run::drawn::refuse;
 use crate::run::inputs::set_mask;
-use crate::run::parts::{Led, Part};
 use crate::run::saved::Reading;
+use crate::run::stages::{Led, Stage};
 use crate::run::targets::{Which, set_keyframes};
 use crate::windows::Window;
 use core::mem::MaybeUninit;
@@ -46,8 +46,8 @@ impl Walk<'_> {
             iteration,
             ..Inside::default()
         };
-        let (window, problem) = self.part(window, inside);
-        let mut solver = self.solver::<T, S>(block, inside)?;
+        let (mut solver, problem) = self.solver::<T, S>(block, inside)?;
+        let window = window.with_aim(inside.aimed);
         self.begin(&mut solver, watch, &window, aim)?;
         inside.continued = self.go_on_searching(&mut solver, &window)?;
         Ok(Some((solver, problem, window, inside)))
@@ -61,26 +61,19 @@ impl Walk<'_> {
         inside: Inside,
         reading: &mut Reading<'_>,
     ) -> Result<Entered<'m, T, S>, Failure> {
-        let (window, problem) = self.part(window, inside);
-        let mut solver = self.solver::<T, S>(block, inside)?;
+        let (mut solver, problem) = self.solver::<T, S>(block, inside)?;
+        let window = window.with_aim(inside.aimed);
         self.job.restore(reading, &mut solver)?;
         Ok((solver, problem, window, inside))
     }
 
-    /// The window as it is solved, and its problem.
-    fn part(&self, window: &Window, inside: Inside) -> (Window, OwnedProblem) {
-        let window = window.with_aim(inside.aimed);
-        let problem = window.problem(&self.job.planned.problem);
-        (window, problem)
-    }
-
-    /// A solver for it.
+    /// A solver for the next window, and its problem.
     fn solver<'m, T: Real, S: Space>(
         &self,
         block: &'m mut [MaybeUninit<u8>],
         inside: Inside,
-    ) -> Result<Led<'m, T, S>, Failure> {
-        self.job.lead(Part::Window(self.number, inside.aimed), block)
+    ) -> Result<(Led<'m, T, S>, OwnedProblem), Failure> {
+        self.job.lead(Stage::Window(self.number, inside.aimed), block)
     }
 
     /// Hands a solver what its window begins with.
