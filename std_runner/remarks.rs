@@ -57,7 +57,12 @@ pub(crate) fn density<'s, T: Real, S: Space>(solver: &'s Solver<'_, T, S>, step:
     Cow::Owned(density)
 }
 
-/// The same of a keyframe's target.
+/// The mass of the smoke at a step.
+pub(crate) fn mass<T: Real, S: Space>(solver: &Solver<'_, T, S>, step: usize) -> f64 {
+    density(solver, step).iter().map(|x| x.to_f64()).sum()
+}
+
+/// A keyframe's target as [`density`].
 fn keyframe<'s, T: Real, S: Space>(solver: &'s Solver<'_, T, S>, index: usize) -> Cow<'s, [T]> {
     let stored = solver.keyframe(index);
     if !solver.is_shared() && stored.len() == solver.cells() {

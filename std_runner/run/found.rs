@@ -1,8 +1,7 @@
 //! What a solve came to, of a solver or of all its windows.
 
-use super::masses::mass;
 use crate::problem::OwnedProblem;
-use crate::remarks::{KeyframeError, density, keyframe_errors, still_falls};
+use crate::remarks::{KeyframeError, density, keyframe_errors, mass, still_falls};
 use crate::report::{IterationRecord, TemplateRecord, WindowRecord, templates};
 use thurible_core::{Emitter, Objective, Real, Solver, Space, Supply};
 

@@ -4,9 +4,9 @@ use super::inputs::set_smoke;
 use super::job::Job;
 use super::stages::Stage;
 use crate::exit::Failure;
-use crate::remarks::density;
+use crate::remarks::mass;
 use core::mem::MaybeUninit;
-use thurible_core::{Exec, Real, Silent, Solver, SolverError, Space};
+use thurible_core::{Exec, Real, Silent, SolverError, Space};
 
 /// The mass of the smoke at every step of a flow that nothing steers, simulated in the block of the solve; `None` where no keyframe asks.
 ///
@@ -37,9 +37,4 @@ pub(super) fn of_a_free_flow<T: Real, S: Space>(
     Ok(Some(
         (0..=solver.steps()).map(|step| mass(&solver, step)).collect(),
     ))
-}
-
-/// The mass of the smoke at a step.
-pub(super) fn mass<T: Real, S: Space>(solver: &Solver<'_, T, S>, step: usize) -> f64 {
-    density(solver, step).iter().map(|x| x.to_f64()).sum()
 }

@@ -2,10 +2,9 @@
 
 use crate::checkpoint::Words;
 use crate::problem::OwnedProblem;
-use crate::remarks::KeyframeError;
+use crate::remarks::{KeyframeError, mass};
 use crate::report::WindowRecord;
 use crate::run::found::{Found, density_range, leaves};
-use crate::run::masses::mass;
 use crate::run::saved::objective;
 use crate::windows::Window;
 use thurible_core::checkpoint::Damaged;
