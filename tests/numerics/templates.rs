@@ -47,7 +47,7 @@ fn fields_at_faces(cells: &[usize], ends: &str) {
             let acts = (1..5).contains(&slot);
             let inside = places(&grid).filter(|&at| !grid.is_outside(at));
             for (axis, at) in inside.flat_map(|at| (0..grid.dims).map(move |axis| (axis, at))) {
-                let wall = at[axis] == 0 && ends.as_bytes()[axis] == b'w';
+                let wall = at[axis] == 0 && matches!(ends.as_bytes()[axis], b'w' | b'h');
                 // Layers outside lie before the box begins.
                 let x = core::array::from_fn(|i| {
                     let cell = (at[i] - grid.inside()[i].start) as f64;
