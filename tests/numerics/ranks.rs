@@ -627,117 +627,112 @@ fn alternated_by_newton() {
 const OPEN: Boundary = Boundary::Open;
 const LOW: Boundary = Boundary::OpenLow;
 const HIGH: Boundary = Boundary::OpenHigh;
+const OPEN_2D: Case = Case {
+    cells: &[14, 13],
+    ends: &[HIGH, W],
+    scheme: Scheme::Limited,
+    more: &[],
+    ..QUICK_2D
+};
+const OPEN_STEERED: Case = Case {
+    steered: true,
+    steps: 6,
+    more: &[Feature::Solids, Feature::Mask, Feature::Regions, Feature::Release],
+    ..OPEN_2D
+};
+const OPEN_NESTED: Case = Case {
+    ends: &[OPEN, W],
+    scheme: Scheme::Limited,
+    ..NESTED_2D
+};
+const OPEN_3D: Case = Case {
+    ends: &[W, HIGH, P],
+    scheme: Scheme::Limited,
+    more: &[Feature::Solids, Feature::Mask],
+    ..NESTED_3D
+};
+const OPEN_NEWTON: Case = Case {
+    ends: &[W, OPEN],
+    scheme: Scheme::Limited,
+    more: &[Feature::Solids],
+    admm: Some(Admm {
+        solver: NsoSolver::NewtonCg,
+        ..RED_BLACK
+    }),
+    ..ALTERNATED
+};
 
 /// With sides that smoke leaves by, across the planes that ranks share.
 #[test]
 fn with_open_sides() {
-    let plane = Case {
-        cells: &[14, 13],
-        ends: &[HIGH, W],
-        scheme: Scheme::Limited,
-        more: &[],
-        ..QUICK_2D
-    };
-    plane.ranks_agree::<f64, D2>(&[2, 3]);
+    OPEN_2D.ranks_agree::<f64, D2>(&[2, 3]);
     let solids = Case {
         ends: &[OPEN, P],
         more: &[Feature::Solids],
-        ..plane
+        ..OPEN_2D
     };
     solids.ranks_agree::<f32, D2>(&[2, 4]);
-    let all = &[Feature::Solids, Feature::Mask, Feature::Regions, Feature::Release];
-    let steered = Case {
-        steered: true,
-        steps: 6,
-        more: all,
-        ..plane
-    };
-    steered.ranks_agree::<f32, D2>(&[3]);
-    steered.goes_on::<f64, D2>(&[2]);
-    let nested = Case {
-        scheme: Scheme::Limited,
-        ends: &[OPEN, W],
-        ..NESTED_2D
-    };
-    nested.ranks_agree::<f64, D2>(&[2, 5]);
-    let space = Case {
-        scheme: Scheme::Limited,
-        ends: &[W, HIGH, P],
-        more: &[Feature::Solids, Feature::Mask],
-        ..NESTED_3D
-    };
-    space.ranks_agree::<f32, D3>(&[3]);
+    OPEN_STEERED.ranks_agree::<f32, D2>(&[3]);
+    OPEN_STEERED.goes_on::<f64, D2>(&[2]);
+    OPEN_NESTED.ranks_agree::<f64, D2>(&[2, 5]);
+    OPEN_3D.ranks_agree::<f32, D3>(&[3]);
 }
 
 /// With sides that smoke leaves by at the ends of the axis that ranks cut, whose layers outside are planes of the first and the last rank.
 #[test]
 fn with_open_ends() {
-    let plane = Case {
-        cells: &[14, 13],
-        scheme: Scheme::Limited,
-        more: &[],
-        ..QUICK_2D
-    };
     for ends in [&[W, OPEN], &[P, LOW], &[OPEN, HIGH]] {
-        Case { ends, ..plane }.ranks_agree::<f64, D2>(&[2, 3, 6]);
+        Case { ends, ..OPEN_2D }.ranks_agree::<f64, D2>(&[2, 3, 6]);
     }
-    let all = &[Feature::Solids, Feature::Mask, Feature::Regions, Feature::Release];
     let steered = Case {
         ends: &[OPEN, OPEN],
-        steered: true,
-        steps: 6,
-        more: all,
-        ..plane
+        ..OPEN_STEERED
     };
     steered.ranks_agree::<f32, D2>(&[3]);
     steered.goes_on::<f64, D2>(&[2]);
     let nested = Case {
-        scheme: Scheme::Limited,
         ends: &[P, HIGH],
-        ..NESTED_2D
+        ..OPEN_NESTED
     };
     nested.ranks_agree::<f64, D2>(&[2, 5]);
     // A low layer, which coarser grids have too, shifts no planes from rank to rank.
     for ends in [&[W, LOW], &[P, OPEN]] {
-        Case { ends, ..nested }.ranks_agree::<f32, D2>(&[3, 4, 5, 6]);
+        Case { ends, ..OPEN_NESTED }.ranks_agree::<f32, D2>(&[3, 4, 5, 6]);
     }
     let space = Case {
-        scheme: Scheme::Limited,
         ends: &[W, HIGH, OPEN],
-        more: &[Feature::Solids, Feature::Mask],
-        ..NESTED_3D
+        ..OPEN_3D
     };
     space.ranks_agree::<f32, D3>(&[3]);
-    let newton = Some(Admm {
-        solver: NsoSolver::NewtonCg,
-        ..RED_BLACK
-    });
-    let alternated = Case {
-        admm: newton,
-        ends: &[W, OPEN],
-        scheme: Scheme::Limited,
-        more: &[Feature::Solids],
-        ..ALTERNATED
+    OPEN_NEWTON.ranks_agree::<f32, D2>(&[2, 4]);
+    let blown = Case {
+        more: &[Feature::Templates],
+        ends: &[W, LOW],
+        ..OPEN_2D
     };
-    alternated.ranks_agree::<f32, D2>(&[2, 4]);
-    // From coarser grids, on an axis that does not halve.
+    blown.ranks_agree::<f64, D2>(&[2, 3]);
+}
+
+/// By Newton's method from coarser grids, on an axis that does not halve: as the ends open, and where none does.
+#[test]
+fn alternated_by_newton_from_coarser_grids() {
     for ends in [&[W, OPEN], &[W, LOW], &[W, W]] {
         let nested = Case {
-            cells: &[16, 21],
+            cells: &[16, 35],
             nested: true,
             steps: 7,
             ends,
             more: &[],
-            ..alternated
+            ..OPEN_NEWTON
         };
-        nested.ranks_agree::<f64, D2>(&[2, 3, 5]);
+        let on_one_grid = Case {
+            nested: false,
+            ..nested
+        };
+        let bits = |case: Case| case.bits::<f64, D2>(&Serial, None);
+        assert_ne!(bits(nested), bits(on_one_grid));
+        nested.ranks_agree::<f64, D2>(&[2, 3, 5, 7]);
     }
-    let blown = Case {
-        more: &[Feature::Templates],
-        ends: &[W, LOW],
-        ..plane
-    };
-    blown.ranks_agree::<f64, D2>(&[2, 3]);
 }
 
 #[test]

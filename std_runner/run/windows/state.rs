@@ -125,9 +125,7 @@ impl Walk<'_> {
         let last = windows.get(self.number.saturating_sub(1));
         let last = last.ok_or_else(|| reading.damaged())?;
         let stage = Stage::Window(self.number.saturating_sub(1), true);
-        let (solver, _) = self.job.lead::<T, S>(stage, block)?;
-        let outputs = solver.outputs();
-        drop(solver);
+        let outputs = self.job.lead::<T, S>(stage, block)?.0.outputs();
         let there = self.kept.go_on(files, outputs)?;
         there.ok_or_else(|| reading.damaged())?;
         let taken = self.left.go_on(&mut reading.file, &left, last.steps);
