@@ -4,7 +4,7 @@ use std::io::Read;
 
 use flate2::read::MultiGzDecoder;
 use resvg::tiny_skia::{Pixmap, Transform};
-use resvg::usvg::{Group, ImageHrefResolver, Node, Options, Tree};
+use resvg::usvg::{Fill, Group, ImageHrefResolver, Node, Options, Paint, Stroke, Tree};
 
 use super::pixels::{Pixels, Samples};
 use super::room::{check, most};
@@ -29,6 +29,9 @@ pub(super) fn unpacked(bytes: &[u8]) -> Result<Vec<u8>, Fault> {
 /// Pixels from the page beyond which nothing may reach: the library's numbers overflow there, and it ends the whole program.
 const FARTHEST: f32 = 1e6;
 
+/// Pixels of a pattern's tile that are drawn in any case; four pages are too. The library draws each tile as a whole, however little of it is seen.
+const LARGEST: f32 = 4e6;
+
 /// Draws an SVG file with `side` pixels along its longer side.
 pub(super) fn read(bytes: &[u8], side: usize) -> Result<Pixels, Fault> {
     let options = Options {
@@ -51,11 +54,18 @@ pub(super) fn read(bytes: &[u8], side: usize) -> Result<Pixels, Fault> {
             "take it away, or bring it back onto the page",
         ));
     }
+    let stretch = Transform::from_scale(columns as f32 / width, rows as f32 / height);
+    let most = LARGEST.max(4.0 * (columns * rows) as f32);
+    if has_tile_above(tree.root(), stretch, most) {
+        return Err(Fault::content(
+            format!("has a pattern whose tile is larger than {most} pixels"),
+            "make its width and height smaller, or fill the shape with a colour",
+        ));
+    }
     // It is as large as the grid wants it, whatever the file.
     check(columns, rows, 4 * columns * rows, usize::MAX)?;
     let map = Pixmap::new(columns as u32, rows as u32);
     let mut map = map.ok_or_else(|| Fault::content("has no size", remedy))?;
-    let stretch = Transform::from_scale(columns as f32 / width, rows as f32 / height);
     resvg::render(&tree, stretch, &mut map.as_mut());
     Ok(Pixels {
         width: columns,
@@ -85,6 +95,35 @@ fn reaches_beyond(group: &Group, farthest: f32) -> bool {
         };
         node.subroots(|group| beyond |= reaches_beyond(group, farthest));
         beyond
+    })
+}
+
+/// Whether what fills or strokes a curve of a group drawn by this transform, or of what clips or masks it, is a pattern with a tile of more pixels.
+fn has_tile_above(group: &Group, transform: Transform, most: f32) -> bool {
+    group.children().iter().any(|node| {
+        let drawn = transform.pre_concat(node.abs_transform());
+        match node {
+            Node::Group(group) => {
+                let mut above = has_tile_above(group, transform, most);
+                node.subroots(|group| above |= has_tile_above(group, drawn, most));
+                above
+            }
+            Node::Path(path) => {
+                let fill = path.fill().map(Fill::paint);
+                let paints = fill.into_iter().chain(path.stroke().map(Stroke::paint));
+                paints.into_iter().any(|paint| {
+                    let Paint::Pattern(pattern) = paint else {
+                        return false;
+                    };
+                    let (across, down) = drawn.pre_concat(pattern.transform()).get_scale();
+                    let tile = (pattern.rect().width() * across) * (pattern.rect().height() * down);
+                    // Nor may it be no number.
+                    !(tile <= most)
+                        || has_tile_above(pattern.root(), Transform::from_scale(across, down), most)
+                })
+            }
+            Node::Image(_) | Node::Text(_) => false,
+        }
     })
 }
 
@@ -128,6 +167,26 @@ mod tests {
                 unreachable!("it was drawn");
             };
             assert!(found.contains("reaches more than"), "{found}");
+        }
+    }
+
+    #[test]
+    fn a_tile_that_no_memory_holds_is_refused() {
+        let tiled = |height: &str, inner: &str| {
+            let tile = "<pattern id=\"h\" width=\"4\" patternUnits=\"userSpaceOnUse\"";
+            let text = format!(
+                "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 20 20\"><defs>{inner}{tile} height=\"{height}\"><rect width=\"3\" height=\"3\" fill=\"{}\"/></pattern></defs><path d=\"M0 0H15V15H0Z\" fill=\"url(#h)\" stroke=\"url(#h)\"/></svg>",
+                if inner.is_empty() { "red" } else { "url(#k)" }
+            );
+            read(text.as_bytes(), 64)
+        };
+        assert!(tiled("400", "").is_ok());
+        let huge = "<pattern id=\"k\" width=\"1e9\" height=\"4\" patternUnits=\"userSpaceOnUse\"><rect width=\"1\" height=\"1\"/></pattern>";
+        for drawing in [tiled("18446744073709551615", ""), tiled("4", huge)] {
+            let Err(Fault::Content { found, .. }) = drawing else {
+                unreachable!("it was drawn");
+            };
+            assert!(found.contains("tile is larger"), "{found}");
         }
     }
 }
