@@ -39,14 +39,27 @@ frames = false
 """
 SAID = re.compile(r"rank (\d+) of \d+ sent (\d+) messages, (\d+) bytes, (\d+) messages of numbers, in ([0-9.]+) s")
 NUMBER = 4  # bytes
+REACH = 2  # planes on either side that a rank has copies of
+TOGETHER = 1024  # values of strips of rows that are put together for a message (core/exec/ranks.rs)
+PRODUCTS = 13  # sums at a time, of five pairs, of which 256 go on together
 
 
-def run(program, folder, n, steps, iterations, ranks, threads=1):
+def cut(n, ranks):
+    """Ranks along y and z, as std_runner/blocks.rs has them where nobody says it."""
+    held = lambda ranks: n + (2 * REACH * ranks if ranks > 1 else 0)
+    if ranks <= 8 and n >= 8 * ranks:
+        return 1, ranks
+    ways = [(y, ranks // y) for y in range(1, ranks) if ranks % y == 0 and n >= REACH * max(y, ranks // y)]
+    return min(ways, key=lambda way: held(way[0]) * held(way[1]), default=None)
+
+
+def run(program, folder, n, steps, iterations, ranks, threads=1, blocks=None):
     """A solve: what each rank sent, and the seconds of each iteration but the first."""
     scene, out = folder / "scene.toml", folder / "out"
     scene.write_text(SCENE.format(n=n, steps=steps, iterations=iterations))
     launch = ["mpirun", "--oversubscribe", "--allow-run-as-root", "--mca", "mpi_yield_when_idle", "1", "--bind-to", "none", "-n", str(ranks)]
     solve = [str(program), "solve", str(scene), "--threads", str(threads), "--quiet", "--force", "--checkpoint", "off", "-o", str(out)]
+    solve += ["--blocks", "x".join(map(str, blocks))] if blocks else []
     ended = subprocess.run(launch + solve, env={**os.environ, "THURIBLE_MPI_TRAFFIC": "1"}, capture_output=True, text=True)
     if ended.returncode not in (0, 5):
         raise SystemExit(f"exit code {ended.returncode}: {ended.stderr}")
@@ -55,12 +68,12 @@ def run(program, folder, n, steps, iterations, ranks, threads=1):
     return sent, [after - before for before, after in zip(seconds, seconds[1:])]
 
 
-def an_iteration(options, folder, n, steps, ranks):
+def an_iteration(options, folder, n, steps, ranks, blocks=None):
     """What each rank sends in an iteration and how long it waits for that, undisturbed, and the least seconds of an iteration."""
     few, more = 3, 7
     seconds, sent = [], {}
     for count in (few, more) * options.rounds:
-        now, some = run(options.program, folder, n, steps, count, ranks)
+        now, some = run(options.program, folder, n, steps, count, ranks, blocks=blocks)
         seconds += some
         for rank, (*counts, waited) in now.items():
             least = min(waited, sent.get((count, rank), (math.inf,))[-1])
@@ -85,25 +98,43 @@ def deal(sent, n, slots):
     }
 
 
-def sends(kinds, n, slots, ranks, rank):
-    """Messages and bytes that a rank sends in an iteration; the numbers of sums and maxima are those of all ranks in the mean."""
-    sides = 1 if rank in (0, ranks - 1) else 2
+def sides(place, count):
+    return (place > 0) + (place + 1 < count)
+
+
+def strips(n, planes):
+    """Messages of the copies of rows of so many planes: one for each that is long, or for several together."""
+    return math.ceil(planes / max(1, TOGETHER // (REACH * n)))
+
+
+def sends(kinds, n, slots, blocks, rank):
+    """Messages and bytes that a rank between walls sends in an iteration; the numbers of sums and maxima are those of all ranks in the mean."""
+    y, z = blocks
+    ranks, row, plane = y * z, rank % y, rank // y
     numbers = (kinds["sums"] + kinds["maxima"]) * 2 * (ranks - 1) / ranks
-    messages = (numbers + kinds["copies"] * sides + kinds["turns"] * (ranks - 1)) * slots
-    planes = kinds["planes"] * sides * n**2
-    slabs = kinds["slabs"] * n**3 / ranks * (ranks - 1) / ranks
-    return messages, (planes + slabs) * slots * NUMBER
+    # The sums of planes go on along y before those of all along z.
+    numbers += kinds["sums"] * math.ceil(PRODUCTS * n / z / 256) * (y - 1) / y
+    turned = kinds["turns"] * ((z - 1) + (y - 1) / 2)
+    copied = kinds["copies"] * (sides(plane, z) + (sides(row, y) * strips(n, n / z) if y > 1 else 0))
+    held = n / y + (REACH * sides(row, y) if y > 1 else 0)
+    planes = kinds["planes"] * n * (sides(plane, z) * held + (sides(row, y) * n / z if y > 1 else 0))
+    slabs = kinds["slabs"] * n**3 / ranks * ((z - 1) / z + (y - 1) / y / 2)
+    return (numbers + copied + turned) * slots, (planes + slabs) * slots * NUMBER
 
 
-def seconds(kinds, rate, n, slots, ranks, threads, latency, bandwidth):
-    """Those of an iteration: work, copies of planes worked on too, and waiting for messages."""
-    _, bytes_ = sends(kinds, n, slots, ranks, 1)
+def seconds(kinds, rate, n, slots, blocks, threads, latency, bandwidth):
+    """Those of an iteration: work, copies of planes and rows worked on too, and waiting for messages."""
+    y, z = blocks
+    ranks = y * z
+    _, bytes_ = sends(kinds, n, slots, blocks, (1 if y > 1 else 0) + y)
     doublings = math.ceil(math.log2(ranks))
     work = rate * n**3 * slots / ranks / threads
-    copies = work * 4 * ranks / n
+    copies = work * ((1 + 2 * REACH * z / n) * (1 + (2 * REACH * y / n if y > 1 else 0)) - 1)
     # A sum goes from rank to rank and is told to all; a maximum is asked and told by a tree; the others go to both sides at once.
-    chain = kinds["sums"] * (ranks - 1 + doublings) + kinds["maxima"] * 2 * doublings
-    waits = (chain + 2 * kinds["copies"] + kinds["turns"] * (ranks - 1)) * slots * latency
+    along = (z - 1) + (y - 1) * math.ceil(PRODUCTS * n / z / 256)
+    chain = kinds["sums"] * (along + doublings) + kinds["maxima"] * 2 * doublings
+    copied = 2 * kinds["copies"] * (1 + (strips(n, n / z) if y > 1 else 0))
+    waits = (chain + copied + kinds["turns"] * ((z - 1) + (y - 1) / 2)) * slots * latency
     return work, copies, waits, bytes_ / bandwidth
 
 
@@ -127,22 +158,24 @@ def table(options):
         found = {}
         for n in options.cells:
             for ranks in (1, 2, 4):
-                found[n, ranks] = an_iteration(options, folder, n, n // 2, ranks)
+                found[n, (1, ranks)] = an_iteration(options, folder, n, n // 2, ranks, (1, ranks) if ranks > 1 else None)
+            found[n, (2, 2)] = an_iteration(options, folder, n, n // 2, 4, (2, 2))
     print("Counted in an iteration and slot (4 ranks); a slot is a step but the last")
     print(f"{'cells':>8}{'sums':>8}{'maxima':>8}{'copies to a side':>18}{'turns':>8}{'planes to a side':>18}{'slabs turned':>14}")
     for n in options.cells:
-        kinds = deal(found[n, 4][0], n, n // 2 - 1)
+        kinds = deal(found[n, (1, 4)][0], n, n // 2 - 1)
         print(f"{n:>6}^3" + "".join(f"{kinds[kind]:>{width}.2f}" for kind, width in (("sums", 7), ("maxima", 8), ("copies", 18), ("turns", 8), ("planes", 18), ("slabs", 14))))
     n = options.cells[-1]
     print(f"\nPredicted from those of {n}^3 on 4 ranks, and counted: messages and bytes of all ranks in an iteration")
-    rows, kinds = {2: [], 4: []}, deal(found[n, 4][0], n, n // 2 - 1)
+    rows, kinds = {2: [], 4: []}, deal(found[n, (1, 4)][0], n, n // 2 - 1)
     for m in options.cells:
-        for ranks in (2, 4):
-            sent, _ = found[m, ranks]
+        for blocks in ((1, 2), (1, 4), (2, 2)):
+            sent, _ = found[m, blocks]
             messages, bytes_ = sum(rank[0] for rank in sent), sum(rank[1] for rank in sent)
-            rows[ranks] += [(rank[0], rank[1], rank[3]) for rank in sent if rank[3] > 0]
-            said = [sum(column) for column in zip(*(sends(kinds, m, m // 2 - 1, ranks, rank) for rank in range(ranks)))]
-            print(f"{m:>6}^3 on {ranks}:{said[0]:>10.0f}{messages:>10.0f}{said[1]:>14.0f}{bytes_:>14.0f}")
+            if blocks != (2, 2):
+                rows[len(sent)] += [(rank[0], rank[1], rank[3]) for rank in sent if rank[3] > 0]
+            said = [sum(column) for column in zip(*(sends(kinds, m, m // 2 - 1, blocks, rank) for rank in range(len(sent))))]
+            print(f"{m:>6}^3 on {blocks[0]}x{blocks[1]}:{said[0]:>10.0f}{messages:>10.0f}{said[1]:>14.0f}{bytes_:>14.0f}")
     print("\nFitted here: seconds that a rank waits in an iteration = t messages + bytes / b; the largest error of the fit")
     for ranks, own in rows.items():
         latency, per_byte = least_squares(own)
@@ -150,38 +183,36 @@ def table(options):
         off = max(abs(latency * m + per_byte * b - waited) / waited for m, b, waited in own)
         print(f"{ranks} ranks: {latency * 1e6:.0f} microseconds a message, {bandwidth}, {100 * off:.0f} %")
     for m in options.cells:
-        print(f"{m}^3: an iteration takes at least {', '.join(f'{found[m, ranks][1] * 1e3:.0f} ms on {ranks}' for ranks in (1, 2, 4))} ranks")
-    project(options, kinds, options.work or found[n, 1][1] / (n**3 * (n // 2 - 1)))
+        print(f"{m}^3: an iteration takes at least {', '.join(f'{found[m, blocks][1] * 1e3:.0f} ms on {blocks[0]}x{blocks[1]}' for blocks in ((1, 1), (1, 2), (1, 4), (2, 2)))} ranks")
+    project(options, kinds, options.work or found[n, (1, 1)][1] / (n**3 * (n // 2 - 1)))
     memory(options)
 
 
 def project(options, kinds, rate):
     t, b, threads = options.latency, options.bandwidth, options.threads
     print(f"\nWork: {rate * 1e9:.0f} ns a cell and slot on one core. Network: {t * 1e6:.1f} microseconds, {b / 1e9:.1f} GB/s a rank. {threads} threads a rank")
-    print("\nStrong: seconds of an iteration (part of them that is the slab's own work)")
+    print("\nStrong: ranks along y x z, seconds of an iteration (part of them that is a rank's own cells' work)")
     all_ranks = [64 << i for i in range(7)]
-    print(f"{'cells':>12}" + "".join(f"{ranks:>16}" for ranks in all_ranks))
+    print(f"{'cells':>12}" + "".join(f"{ranks:>21}" for ranks in all_ranks))
     for n in (256, 512, 1024):
         slots, line = n * 120 // 256 - 1, ""
         for ranks in all_ranks:
-            if n < 2 * ranks:
-                line += f"{'-':>16}"
-                continue
-            parts = seconds(kinds, rate, n, slots, ranks, threads, t, b)
-            line += f"{f'{sum(parts):.2f} ({100 * parts[0] / sum(parts):.0f} %)':>16}"
+            blocks = cut(n, ranks)
+            parts = seconds(kinds, rate, n, slots, blocks, threads, t, b)
+            line += f"{f'{blocks[0]}x{blocks[1]}: {sum(parts):.2f} ({100 * parts[0] / sum(parts):.0f} %)':>21}"
         print(f"{n:>6}^3 x {slots + 1:<3}{line}")
-    print("\nWeak: planes of a rank stay 4; seconds of an iteration by what takes them")
-    print(f"{'cells':>12}{'ranks':>8}{'work':>10}{'of copies':>10}{'messages':>10}{'bytes':>10}")
-    for n in (256, 512, 1024):
-        slots, ranks = n * 120 // 256 - 1, n // 4
-        parts = seconds(kinds, rate, n, slots, ranks, threads, t, b)
-        print(f"{n:>6}^3 x {slots + 1:<3}{ranks:>7}" + "".join(f"{part:>10.2f}" for part in parts))
+    print("\nWeak: seconds of an iteration by what takes them, as many cells a rank")
+    print(f"{'cells':>12}{'ranks':>8}{'blocks':>10}{'work':>10}{'of copies':>10}{'messages':>10}{'bytes':>10}")
+    for n, ranks in ((256, 64), (512, 512), (1024, 4096)):
+        slots, blocks = n * 120 // 256 - 1, cut(n, ranks)
+        parts = seconds(kinds, rate, n, slots, blocks, threads, t, b)
+        print(f"{n:>6}^3 x {slots + 1:<3}{ranks:>7}{blocks[0]:>6}x{blocks[1]:<3}" + "".join(f"{part:>10.2f}" for part in parts))
 
 
 def memory(options):
     """The largest rank's, as it is planned."""
     print("\nMemory of the largest rank, GiB, on one grid / with nested starts")
-    all_ranks = [64 << i for i in range(4)]
+    all_ranks = [64, 256, 1024, 4096]
     print(f"{'cells':>12}" + "".join(f"{ranks:>16}" for ranks in all_ranks))
     with tempfile.TemporaryDirectory() as place:
         scene = Path(place) / "scene.toml"
@@ -189,9 +220,6 @@ def memory(options):
             steps, line = n * 120 // 256, ""
             scene.write_text(SCENE.format(n=n, steps=steps, iterations=1))
             for ranks in all_ranks:
-                if n < 2 * ranks:
-                    line += f"{'-':>16}"
-                    continue
                 said = []
                 for nested in ("false", "true"):
                     plan = [str(options.program), "plan", str(scene), "--ranks", str(ranks), "--json", "--precision", "f32", "--set", f"method.direct.nested={nested}"]

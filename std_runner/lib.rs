@@ -16,6 +16,8 @@ pub use thurible_core;
 #[cfg(feature = "std")]
 pub mod address_space;
 #[cfg(feature = "embed")]
+pub mod blocks;
+
 pub mod bytes;
 #[cfg(feature = "embed")]
 pub mod change;

@@ -50,7 +50,7 @@ pub struct OwnedProblem {
     pub advection: Advection,
     /// Relative tolerance of the projection.
     pub projection_tolerance: f64,
-    /// Which slab of the box this program has, where several ranks share it.
+    /// Which of the ranks this program is, where several share the box.
     pub share: Option<Share>,
 }
 

@@ -1,5 +1,6 @@
 //! The plan of a scene under a ceiling. What does not fit is refused, with what would fit.
 
+use crate::blocks::{self, Blocks};
 use crate::bytes;
 use crate::choices::chosen;
 use crate::exit::Failure;
@@ -27,8 +28,10 @@ pub struct PlanOptions {
     pub limit: Option<usize>,
     /// Of a solve that goes on: the ceiling that it began under, by which the choices are made that its bits follow from.
     pub began_under: Option<Option<usize>>,
-    /// Which slab of the box this program has, where several ranks share it.
+    /// Which of the ranks this program is, where several share the box.
     pub share: Option<Share>,
+    /// Their blocks, or `None` for what suits the box.
+    pub blocks: Option<Blocks>,
 }
 
 /// A plan, and what it was made from.
@@ -151,14 +154,16 @@ fn ceiling(options: &PlanOptions) -> Option<usize> {
 
 /// The plan of `scene`, within the ceiling if that can be.
 pub fn make(scene: &Scene, options: &PlanOptions) -> Result<Planned, Failure> {
-    let problem = OwnedProblem {
-        share: options.share,
-        ..OwnedProblem::of(scene)
-    };
     let ceiling = ceiling(options).map(|limit| limit.saturating_sub(MARGIN));
     // Ranks are put side by side on a machine, so each has one thread where nobody says more.
     let by_default = || options.share.map_or_else(threads::available, |_| 1);
     let params = params_of(scene, options.threads.unwrap_or_else(by_default), ceiling);
+    let problem = OwnedProblem {
+        share: options
+            .share
+            .map(|share| blocks::cut(share, options.blocks, &scene.grid.cells, &params)),
+        ..OwnedProblem::of(scene)
+    };
     let windows = scene
         .method
         .windows

@@ -167,6 +167,7 @@ pub fn refusal(scene: &Scene, error: PlanError) -> Failure {
             let key = "method.name";
             scene.document.refuse(key, format!("is not for ranks: {error}"))
         }
+        PlanError::Problem(ProblemError::Share(error)) => Failure::Input(format!("{path}: {error}")),
         PlanError::Problem(ProblemError::Unfit { method, feature }) => {
             let (key, otherwise) = match feature {
                 Feature::Smoothness => ("control.smoothness", "set it to 0 or \"auto\""),

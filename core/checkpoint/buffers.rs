@@ -3,7 +3,7 @@
 use super::Record;
 use crate::exec::Ranks;
 use crate::exec::ranks::{refresh, swap, tell};
-use crate::memory::part::Part;
+use crate::memory::part::Parts;
 use crate::memory::{Held, Visit};
 use crate::real::Real;
 
@@ -53,7 +53,7 @@ impl<T: Real> Visit<T> for Buffers<'_, '_, T> {
             return match held {
                 Held::All => record.elements(values),
                 // What is only checked is read to its end.
-                Held::Planes(part) | Held::Between(part) => record.pass_over::<T>(part.whole(values.len())),
+                Held::Part { parts, .. } => record.pass_over::<T>(parts.whole(values.len())),
             };
         };
         match held {
@@ -63,8 +63,8 @@ impl<T: Real> Visit<T> for Buffers<'_, '_, T> {
                     tell(among.ranks, 0, values);
                 }
             }
-            Held::Planes(part) | Held::Between(part) => {
-                among.pass(record, part, values);
+            Held::Part { parts, .. } => {
+                among.pass(record, parts, values);
                 if record.is_read() {
                     refresh(among.ranks, held, values);
                 }
@@ -79,20 +79,23 @@ impl<T: Real> Visit<T> for Buffers<'_, '_, T> {
 
 impl<T: Real> Among<'_, T> {
     /// Passes over a field, part after part.
-    fn pass(&mut self, record: &mut Record<'_>, part: Part, values: &mut [T]) {
-        let plane = values.len() / part.held().max(1);
-        let (own, rank) = (part.own(), self.ranks.rank());
-        let own = values
-            .get_mut(own.start * plane..own.end * plane)
-            .unwrap_or(&mut []);
+    fn pass(&mut self, record: &mut Record<'_>, parts: Parts, values: &mut [T]) {
+        let (held, rank) = (values.len(), self.ranks.rank());
+        let mut own = parts.own(held).ranges();
         if rank > 0 {
-            return own
-                .chunks_mut(self.piece.len().max(1))
-                .for_each(|piece| self.follow(record, piece));
+            return own.for_each(|strip| {
+                let strip = values.get_mut(strip).unwrap_or(&mut []);
+                let pieces = strip.chunks_mut(self.piece.len().max(1));
+                pieces.for_each(|piece| self.follow(record, piece));
+            });
         }
-        record.elements(own);
-        for other in 1..part.share.ranks {
-            let mut left = part.of(other).len() * plane;
+        parts.in_order(held, |other, count| {
+            if other == 0 {
+                let strip = own.next().unwrap_or(0..0);
+                record.elements(values.get_mut(strip).unwrap_or(&mut []));
+                return;
+            }
+            let mut left = count;
             while left > 0 {
                 let len = left.min(self.piece.len());
                 let piece = self.piece.get_mut(..len).unwrap_or(&mut []);
@@ -107,7 +110,7 @@ impl<T: Real> Among<'_, T> {
                 }
                 left -= len.max(1);
             }
-        }
+        });
     }
 
     /// Passes a piece to the first rank, or from it.

@@ -1,4 +1,4 @@
-//! The copies that a rank has of its neighbours' planes, brought up to date. Whoever writes rows by what is beside them calls this when it is
+//! The copies that a rank has of its neighbours' planes and rows, brought up to date. Whoever writes rows by what is beside them calls this when it is
 //! done, so that every field has right copies; where nobody shares the box nothing happens.
 
 use super::VectorMut;
@@ -9,7 +9,7 @@ use crate::memory::{Held, Plain};
 
 /// Brings the copies in a field up to date, which holds as many values in each of its rows.
 pub fn refresh<T: Plain + Default>(exec: &dyn Exec, grid: &Grid, field: &mut [T]) {
-    ranks::refresh(exec.ranks(), Held::of(grid.part(), grid.dims, None), field);
+    ranks::refresh(exec.ranks(), Held::of(grid.parts(), grid.dims, None), field);
 }
 
 /// Brings the copies in a field of faces up to date. On the lowest faces of the copies stands 0, as on a wall: there a stencil looks that
@@ -18,7 +18,7 @@ pub fn refresh_faces<T: Plain + Default>(exec: &dyn Exec, grid: &Grid, field: &m
     for (axis, component) in field.iter_mut().enumerate().take(grid.dims) {
         ranks::refresh(
             exec.ranks(),
-            Held::of(grid.part(), grid.dims, Some(axis)),
+            Held::of(grid.parts(), grid.dims, Some(axis)),
             component,
         );
     }

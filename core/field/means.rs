@@ -1,10 +1,14 @@
 //! The mean of every slot of a trajectory of cells.
 
-use super::sums::{NOTHING, over_ranks};
+use super::rows::part_mut;
+use super::sums::over_rows;
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::rows;
 use crate::grid::Grid;
 use crate::real::Real;
+
+/// Slots whose sums are found together.
+const TOGETHER: usize = 64;
 
 /// The length of `sums` in [`remove`].
 #[must_use]
@@ -40,20 +44,15 @@ pub fn remove<T: Real>(exec: &dyn Exec, grid: &Grid, slots: usize, field: &mut [
     });
 }
 
-/// Adds up what the rows have of every slot, in the place of the first row, and on from rank to rank.
+/// Adds up what the rows have of every slot, in the place of the first row.
 fn add_up<'s>(exec: &dyn Exec, grid: &Grid, slots: usize, of_rows: &'s mut [f64]) -> &'s mut [f64] {
-    let own = grid.own_rows();
-    let (totals, others) = of_rows.split_at_mut(slots);
-    let go_on = |totals: &mut [f64]| {
-        // The first row of a rank that others come before is a copy: the sums that it goes on with are in its place.
-        let rest = own.start.max(1) - 1..own.end - 1;
-        for row in others.chunks_exact(slots).skip(rest.start).take(rest.len()) {
-            totals.iter_mut().zip(row).for_each(|(total, sum)| *total += sum);
-        }
-    };
-    if own.start > 0 {
-        totals.fill(NOTHING);
+    for first in (0..slots).step_by(TOGETHER) {
+        let mut totals = [0.0; TOGETHER];
+        let totals = part_mut(&mut totals, 0..TOGETHER.min(slots - first));
+        over_rows(exec.ranks(), grid, totals, |row, which| {
+            of_rows.get(row * slots + first + which).copied().unwrap_or(0.0)
+        });
+        part_mut(of_rows, first..first + totals.len()).copy_from_slice(totals);
     }
-    over_ranks(exec, grid, totals, go_on);
-    totals
+    part_mut(of_rows, 0..slots)
 }

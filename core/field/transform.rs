@@ -45,38 +45,16 @@ pub fn multiply<T: Real>(
     scratch: &mut [T],
     symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]) + Sync,
 ) {
-    multiply_along(exec, grid.dims, (grid, spectrum), field, scratch, symbol);
-}
-
-/// The same along the first `dims` axes alone, of a field of any number of planes across the others.
-pub(super) fn multiply_along<T: Real>(
-    exec: &dyn Exec,
-    dims: usize,
-    (grid, spectrum): (&Grid, &Spectrum<'_, T>),
-    field: &mut [T],
-    scratch: &mut [T],
-    symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]) + Sync,
-) {
     let axes = &spectrum.axes;
     let width = |axis: usize| grid.n.iter().take(axis).product();
-    for axis in (1..dims).rev() {
-        along_columns(
-            exec,
-            (&axes[axis], width(axis)),
-            Direction::Analysis,
-            field,
-            scratch,
-        );
+    for axis in (1..grid.dims).rev() {
+        let of_axis = (&axes[axis], width(axis));
+        along_columns(exec, of_axis, Direction::Analysis, field, scratch);
     }
     along_rows(exec, &axes[0], field, scratch, symbol);
-    for axis in 1..dims {
-        along_columns(
-            exec,
-            (&axes[axis], width(axis)),
-            Direction::Synthesis,
-            field,
-            scratch,
-        );
+    for axis in 1..grid.dims {
+        let of_axis = (&axes[axis], width(axis));
+        along_columns(exec, of_axis, Direction::Synthesis, field, scratch);
     }
 }
 
@@ -202,7 +180,7 @@ impl Panel {
 }
 
 /// Transforms along the first axis, lets `symbol` change the coefficients, and transforms back, row by row of `field`.
-fn along_rows<T: Real>(
+pub(super) fn along_rows<T: Real>(
     exec: &dyn Exec,
     modes: &Modes<'_, T>,
     field: &mut [T],

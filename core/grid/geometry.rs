@@ -198,10 +198,8 @@ impl Grid {
     /// The cells inside the box along each axis.
     #[must_use]
     pub fn inside(&self) -> [Range<usize>; 3] {
-        core::array::from_fn(|axis| match self.part() {
-            Some(part) if axis + 1 == self.dims && !part.ring => {
-                self.planes_here(self.whole_axis(axis).inside())
-            }
+        core::array::from_fn(|axis| match self.part_along(axis) {
+            Some(part) if !part.ring => self.range_here(axis, self.whole_axis(axis).inside()),
             _ => self.axis(axis).inside(),
         })
     }

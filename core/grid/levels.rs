@@ -30,13 +30,18 @@ pub fn coarsen(grid: &Grid) -> Option<Grid> {
     (n != inside).then_some(Grid { h, ..*grid }.with_inside(n))
 }
 
-/// The grids of a hierarchy, finest first. Of a box that ranks share every rank has a part of those that have planes enough for all of them, and
+/// The grids of a hierarchy, finest first. Of a box that ranks share every rank has a part of those that have planes and rows enough for all of them, and
 /// the whole of the coarser ones.
 #[must_use]
 pub fn hierarchy(finest: &Grid) -> heapless::Vec<Grid, MAX_LEVELS> {
-    let share = finest.part().map(|part| part.share);
-    let inside = |grid: &Grid| grid.axis(grid.dims - 1).inside().len();
-    let enough = |grid: &Grid| share.filter(|share| inside(grid) >= share.reach * share.ranks);
+    let parts = finest.parts();
+    let enough = |grid: &Grid| {
+        let has = |axis: usize| {
+            let part = finest.part_along(axis);
+            part.is_none_or(|part| grid.axis(axis).inside().len() >= part.reach * part.line.count)
+        };
+        parts.filter(|_| (0..grid.dims).all(has)).map(|parts| parts.share)
+    };
     core::iter::successors(Some(finest.whole()), coarsen)
         .take(MAX_LEVELS)
         .map(|grid| grid.shared(enough(&grid)))

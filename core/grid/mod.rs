@@ -28,7 +28,7 @@ pub mod taps;
 pub use crate::memory::Share;
 pub use geometry::Axis;
 
-use crate::memory::Part;
+use crate::memory::Parts;
 use crate::words::named;
 
 mod sealed {
@@ -128,7 +128,7 @@ pub struct Grid {
     /// How each axis ends: see [`geometry`].
     ends: [Boundary; 3],
     /// Which part of a box it is: see [`part`].
-    part: Option<Part>,
+    parts: Option<Parts>,
 }
 
 impl Grid {
@@ -140,13 +140,13 @@ impl Grid {
         let ends = core::array::from_fn(|a| boundary.get(a).copied().unwrap_or_default());
         let h = [1.0 / largest as f64; 3];
         let dims = cells.len();
-        let part = None;
+        let parts = None;
         Self {
             dims,
             n,
             h,
             ends,
-            part,
+            parts,
         }
         .with_inside(n)
     }

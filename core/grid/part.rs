@@ -1,12 +1,13 @@
-//! A box that several ranks share: each has a slab of it, planes normal to the last axis, and copies of the planes beside ([`Part`]).
+//! A box that several ranks share: each has a slab of it, planes normal to the last axis, or a block, some rows of some planes, and copies of the planes and
+//! the rows beside ([`Parts`]).
 //!
 //! The grid of a rank has the copies among its cells and ends there as at a wall: rows of copies are computed as all others, with what is wrong
 //! where they would read further, and [`borders`](crate::field::borders) overwrites them by what their owner has. Nothing that is the rank's own
 //! reads further than the copies reach. Layers outside of open ends are among the planes of the first and the last rank.
 
-use super::{Axis, Boundary, Grid, Part, Share, Side};
-use crate::exec::ranks::{Ranks, refresh, tell};
-use crate::memory::part::slab;
+use super::{Axis, Boundary, Grid, Parts, Share, Side};
+use crate::exec::ranks::{Along, Ranks, refresh, tell};
+use crate::memory::part::{Line, Part, Strips, slab};
 use crate::memory::{Held, Plain};
 use core::ops::Range;
 
@@ -17,46 +18,76 @@ impl Grid {
         let Some(share) = share.filter(|share| share.ranks > 1) else {
             return self;
         };
+        let part = |axis: usize, line: Line| Part {
+            line,
+            reach: share.reach,
+            planes: self.n[axis],
+            ring: self.axis(axis).is_ring(),
+            layers: self.layers_at_ends(axis),
+        };
         let last = self.dims - 1;
-        let part = Part {
+        let parts = Parts {
             share,
-            planes: self.n[last],
-            ring: self.axis(last).is_ring(),
-            layers: self.layers_at_ends(),
+            planes: part(last, share.along_planes()),
+            rows: (share.beside > 1).then(|| part(last - 1, share.along_rows())),
         };
         let mut own = Self {
-            part: Some(part),
+            parts: Some(parts),
             ..self
         };
-        own.n[last] = part.held();
-        own.ends[last] = Boundary::Wall;
+        for (axis, part) in [
+            (Some(last), Some(parts.planes)),
+            (last.checked_sub(1), parts.rows),
+        ] {
+            if let (Some(axis), Some(part)) = (axis, part) {
+                (own.n[axis], own.ends[axis]) = (part.held(), Boundary::Wall);
+            }
+        }
         own
     }
 
-    /// Layers outside the box at the ends of the last axis.
-    fn layers_at_ends(&self) -> [usize; 2] {
-        [Side::Low, Side::High].map(|side| self.layers(self.dims - 1, side))
+    /// Layers outside the box at the ends of an axis.
+    fn layers_at_ends(&self, axis: usize) -> [usize; 2] {
+        [Side::Low, Side::High].map(|side| self.layers(axis, side))
     }
 
     /// Whether other ranks have other parts of the box.
     #[inline]
     #[must_use]
     pub fn is_part(&self) -> bool {
-        self.part.is_some()
+        self.parts.is_some()
     }
 
-    /// Which part this is, where other ranks have others.
+    /// Which parts this one has, where other ranks have others.
+    #[inline]
     #[must_use]
-    pub fn part(&self) -> Option<Part> {
-        self.part
+    pub fn parts(&self) -> Option<Parts> {
+        self.parts
+    }
+
+    /// Which part of an axis this is, where other ranks have others.
+    #[inline]
+    #[must_use]
+    pub fn part_along(&self, axis: usize) -> Option<Part> {
+        let parts = self.parts?;
+        match self.dims - axis.min(self.dims) {
+            1 => Some(parts.planes),
+            2 => parts.rows,
+            _ => None,
+        }
     }
 
     /// The whole box.
     #[must_use]
     pub fn whole(&self) -> Self {
-        let Some(part) = self.part else { return *self };
-        let mut whole = Self { part: None, ..*self };
-        (whole.n[self.dims - 1], whole.ends[self.dims - 1]) = (part.planes, ends(part));
+        if self.parts.is_none() {
+            return *self;
+        }
+        let mut whole = Self { parts: None, ..*self };
+        for axis in 0..self.dims {
+            let line = self.whole_axis(axis);
+            (whole.n[axis], whole.ends[axis]) = (line.cells(), line.ends());
+        }
         whole
     }
 
@@ -64,75 +95,89 @@ impl Grid {
     #[inline]
     #[must_use]
     pub fn whole_axis(&self, axis: usize) -> Axis {
-        match self.part {
-            Some(part) if axis == self.dims - 1 => Axis::new(part.planes, ends(part)),
-            _ => self.axis(axis),
+        match self.part_along(axis) {
+            Some(part) => Axis::new(part.planes, ends(part)),
+            None => self.axis(axis),
         }
     }
 
-    /// The planes of the whole box that a rank has.
+    /// What a rank has along an axis of the whole box.
     #[must_use]
-    pub fn planes_of(&self, rank: usize) -> Range<usize> {
-        match self.part {
-            Some(part) => part.of(rank),
-            None => 0..self.planes(),
+    pub fn of_rank(&self, axis: usize, rank: usize) -> Range<usize> {
+        match self.part_along(axis) {
+            Some(part) => part.of(rank / part.line.apart % part.line.count.max(1)),
+            None => 0..self.n[axis],
         }
+    }
+
+    /// What this grid has along an axis that are no copies.
+    #[must_use]
+    pub fn own(&self, axis: usize) -> Range<usize> {
+        self.part_along(axis).map_or(0..self.n[axis], Part::own)
     }
 
     /// The planes of this grid that are no copies.
     #[must_use]
     pub fn own_planes(&self) -> Range<usize> {
-        self.part.map_or(0..self.planes(), Part::own)
+        self.own(self.dims - 1)
     }
 
-    /// The rows of this grid that are no copies.
-    #[must_use]
-    pub fn own_rows(&self) -> Range<usize> {
-        if self.part.is_none() {
-            return 0..self.rows();
-        }
-        let (planes, rows) = (self.own_planes(), self.rows_per_plane());
-        planes.start * rows..planes.end * rows
-    }
-
-    /// Where planes of the whole box would be in this grid, as far as they are, copies among them.
-    pub(super) fn planes_here(&self, planes: Range<usize>) -> Range<usize> {
-        let last = self.dims - 1;
-        let here =
-            |plane: usize| (plane as isize - self.first_plane(last)).clamp(0, self.n[last] as isize) as usize;
-        here(planes.start)..here(planes.end)
-    }
-
-    /// Where the first plane of this grid lies in the whole box, if that is an axis' own: 0 along others. Below 0 on a ring.
+    /// The rows of a plane of this grid that are no copies within it.
     #[inline]
     #[must_use]
-    pub fn first_plane(&self, axis: usize) -> isize {
-        let Some(part) = self.part.filter(|_| axis == self.dims - 1) else {
+    pub fn own_rows(&self, plane: usize) -> Range<usize> {
+        let rows = self.rows_per_plane();
+        let own = match self.parts.and_then(|parts| parts.rows) {
+            Some(part) => part.own(),
+            None => 0..rows,
+        };
+        plane * rows + own.start..plane * rows + own.end
+    }
+
+    /// Whether a row of this grid is no copy.
+    #[must_use]
+    pub fn is_own(&self, row: usize) -> bool {
+        let [plane, _] = self.plane_of(row);
+        self.own_planes().contains(&plane) && self.own_rows(plane).contains(&row)
+    }
+
+    /// Where a range along an axis of the whole box would be in this grid, as far as it is, copies among it.
+    pub(super) fn range_here(&self, axis: usize, range: Range<usize>) -> Range<usize> {
+        let first = self.first(axis);
+        let here = |place: usize| (place as isize - first).clamp(0, self.n[axis] as isize) as usize;
+        here(range.start)..here(range.end)
+    }
+
+    /// Where this grid begins along an axis of the whole box. Below 0 on a ring.
+    #[inline]
+    #[must_use]
+    pub fn first(&self, axis: usize) -> isize {
+        let Some(part) = self.part_along(axis) else {
             return 0;
         };
-        part.of(part.share.rank).start as isize - part.own().start as isize
+        part.of(part.line.place).start as isize - part.own().start as isize
     }
 
     /// Which value along an axis of the whole box value `i` of this grid is.
     #[inline]
     #[must_use]
     pub fn in_whole(&self, axis: usize, i: usize) -> usize {
-        if self.part.is_none() {
+        if self.parts.is_none() {
             return i;
         }
         let cells = self.whole_axis(axis).cells().max(1) as isize;
-        (self.first_plane(axis) + i as isize).rem_euclid(cells) as usize
+        (self.first(axis) + i as isize).rem_euclid(cells) as usize
     }
 
-    /// Where value `i` along an axis of the whole box is in this grid, if it is: on a ring the copy that is nearest to the rank's own planes, since a rank
+    /// Where value `i` along an axis of the whole box is in this grid, if it is: on a ring the copy that is nearest to the rank's own, since a rank
     /// may have two of one plane.
     #[must_use]
     pub fn here(&self, axis: usize, i: usize) -> Option<usize> {
-        let Some(part) = self.part.filter(|_| axis == self.dims - 1) else {
+        let Some(part) = self.part_along(axis) else {
             return Some(i);
         };
         let (own, planes) = (part.own(), part.planes as isize);
-        let mut at = i as isize - self.first_plane(axis);
+        let mut at = i as isize - self.first(axis);
         if part.ring {
             let above = (at - own.start as isize).rem_euclid(planes.max(1));
             let is_nearer_below = planes - above < above + 1 - own.len() as isize;
@@ -142,41 +187,58 @@ impl Grid {
     }
 }
 
-/// Brings a field up to date that was passed from grid `source` to grid `target`, of the faces of `axis` or of cells: the copies of its neighbours' planes; or
-/// where a rank has all of the coarser grid and a part of the finer one, what the others have [made](made_here).
+/// Brings a field up to date that was passed from grid `source` to grid `target`, of the faces of `axis` or of cells: the copies of what its neighbours have;
+/// or where a rank has all of the coarser grid and a part of the finer one, what the others have [made](made_here).
 pub fn settle<P: Plain + Default>(
     ranks: &dyn Ranks,
     [source, target]: [&Grid; 2],
     axis: Option<usize>,
     field: &mut [P],
 ) {
-    let (Some(part), None) = (source.part(), target.part()) else {
-        return refresh(ranks, Held::of(target.part(), target.dims, axis), field);
+    let (Some(parts), None) = (source.parts(), target.parts()) else {
+        return refresh(ranks, Held::of(target.parts(), target.dims, axis), field);
     };
     let plane = field.len() / target.planes().max(1);
-    for rank in 0..part.share.ranks {
-        let planes = made_by(target, rank, part.share.ranks);
+    // First the rows of the planes that this rank and those beside it made, then the planes.
+    if parts.rows.is_some() {
+        let rows = target.rows_per_plane();
+        let (line, made) = (parts.share.along_rows(), made_here(source, target));
+        for place in 0..line.count {
+            let theirs = made_by(target, target.dims - 2, place, line);
+            for strip in Strips::of(made.clone(), [theirs, 0..rows], plane / rows.max(1)).ranges() {
+                if let Some(made) = field.get_mut(strip) {
+                    tell(&Along::new(ranks, line), place, made);
+                }
+            }
+        }
+    }
+    let line = parts.share.along_planes();
+    for place in 0..line.count {
+        let planes = made_by(target, target.dims - 1, place, line);
         if let Some(made) = field.get_mut(planes.start * plane..planes.end * plane) {
-            tell(ranks, rank, made);
+            tell(&Along::new(ranks, line), place, made);
         }
     }
 }
 
-/// The planes of `target` that this rank makes of what it has of `source`.
+/// The planes of `target` that this rank makes of what it has of `source`, or those of which it makes some rows.
 #[must_use]
 pub fn made_here(source: &Grid, target: &Grid) -> Range<usize> {
-    match (source.part(), target.part()) {
-        (Some(part), None) => made_by(target, part.share.rank, part.share.ranks),
+    match (source.parts(), target.parts()) {
+        (Some(parts), None) => {
+            let line = parts.share.along_planes();
+            made_by(target, target.dims - 1, line.place, line)
+        }
         _ => target.own_planes(),
     }
 }
 
-/// The planes of a grid that all ranks have which one of them makes of its part of a finer grid.
-fn made_by(whole: &Grid, rank: usize, ranks: usize) -> Range<usize> {
-    slab(whole.planes(), whole.layers_at_ends(), rank, ranks)
+/// What one rank of a line makes along an axis of a grid that all ranks have, of its part of a finer one.
+fn made_by(whole: &Grid, axis: usize, place: usize, line: Line) -> Range<usize> {
+    slab(whole.n[axis], whole.layers_at_ends(axis), place, line.count)
 }
 
-/// How the last axis of a box that ranks share ends.
+/// How an axis ends that ranks share.
 fn ends(part: Part) -> Boundary {
     match part.layers {
         _ if part.ring => Boundary::Periodic,

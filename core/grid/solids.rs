@@ -205,13 +205,12 @@ pub fn coarsen(ranks: &dyn Ranks, fine: &Grid, table: &[u16], coarse: &Grid, bit
         ),
         false => 0..1,
     };
-    let last = fine.dims - 1;
     // Of what only copies are made of not all is here: they become what their owner has.
-    let has_all = |mut at: [usize; 3], has: u16| {
-        fine.here(last, at[last]).is_none_or(|here| {
-            at[last] = here;
-            table[fine.index(at)] & has != 0
-        })
+    let has_all = |[x, y, z]: [usize; 3], has: u16| match [(0, x), (1, y), (2, z)]
+        .map(|(axis, i)| fine.here(axis, i))
+    {
+        [Some(x), Some(y), Some(z)] => table[fine.index([x, y, z])] & has != 0,
+        _ => true,
     };
     let all = |ranges: [Range<usize>; 3], has: u16| {
         let [x, y, z] = ranges;

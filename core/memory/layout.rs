@@ -2,7 +2,7 @@
 
 use super::arena::{Arena, Plain, TooSmall};
 use super::ledger::{Ledger, Sharing};
-use super::part::{Held, Part};
+use super::part::{Held, Parts};
 use core::mem::size_of;
 
 /// Goes over the buffers that a checkpoint keeps.
@@ -51,7 +51,7 @@ impl<'p, 'm, T: Plain> Layout<'p, 'm, T> {
         self.keep_fields(name, place, (1, len), None)
     }
 
-    /// A buffer of `count` fields of cells, of `len` elements each, that a checkpoint keeps. Of a field that ranks share this one has a `part`.
+    /// A buffer of `count` fields of cells, of `len` elements each, that a checkpoint keeps. Of a field that ranks share this one has `parts`.
     ///
     /// # Errors
     /// [`TooSmall`].
@@ -60,9 +60,9 @@ impl<'p, 'm, T: Plain> Layout<'p, 'm, T> {
         name: &'static str,
         place: &mut &'m mut [T],
         (count, len): (usize, usize),
-        part: Option<Part>,
+        parts: Option<Parts>,
     ) -> Result<(), TooSmall> {
-        let held = Held::of(part, 0, None);
+        let held = Held::of(parts, 0, None);
         match &mut self.pass {
             Pass::Carve(arena) => {
                 *place = arena.take(name, count * len)?;
@@ -109,7 +109,7 @@ impl<'p, 'm, T: Plain> Layout<'p, 'm, T> {
         Ok(())
     }
 
-    /// A vector field that a checkpoint keeps, `len` elements for each of `dims` axes. Of a field that ranks share this one has a `part`.
+    /// A vector field that a checkpoint keeps, `len` elements for each of `dims` axes. Of a field that ranks share this one has `parts`.
     ///
     /// # Errors
     /// [`TooSmall`].
@@ -118,9 +118,9 @@ impl<'p, 'm, T: Plain> Layout<'p, 'm, T> {
         name: &'static str,
         field: &mut [&'m mut [T]; 3],
         (dims, len): (usize, usize),
-        part: Option<Part>,
+        parts: Option<Parts>,
     ) -> Result<(), TooSmall> {
-        let held = |axis| Held::of(part, dims, Some(axis));
+        let held = |axis| Held::of(parts, dims, Some(axis));
         match &mut self.pass {
             Pass::Carve(arena) => {
                 *field = arena.take_vector(name, dims, len)?;

@@ -11,5 +11,5 @@ pub use arena::{Arena, Plain, TooSmall};
 pub use footprint::{ALIGN, footprint};
 pub use layout::{Layout, Visit};
 pub use ledger::{CHECK, Entry, Ledger, MAX_LINES, Sharing};
-pub use part::{Held, Part, Share};
+pub use part::{Held, Part, Parts, Share};
 pub use pool::{Pool, measured, pooled};

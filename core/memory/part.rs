@@ -6,6 +6,17 @@
 //! rank 2                  9 10 | 11 12 13 14 15 | wall
 //! ```
 //!
+//! In blocks the ranks are cut along two axes: of its planes a rank has some rows, and copies of the rows beside. Each axis is cut as above, by the ranks of
+//! a [`Line`] along it.
+//!
+//! ```text
+//! z
+//! | rank 4 | rank 5 |
+//! | rank 2 | rank 3 |
+//! | rank 0 | rank 1 |
+//! +------------------ y
+//! ```
+//!
 //! Layers outside of open ends are planes of the first and the last rank beside the share that each has of those inside, so that a coarser grid, which has
 //! as many layers, is cut where the finer one is.
 
@@ -39,28 +50,73 @@ pub struct Share {
     pub rank: usize,
     /// How many there are.
     pub ranks: usize,
+    /// How many of them share the rows of the same planes, side by side along the axis before the last: 1 where each has whole planes. It divides their
+    /// number.
+    pub beside: usize,
     /// Planes on either side that a rank has copies of: as far as the method reads, which a plan knows. It is also the fewest planes that a rank may
     /// have, so that its neighbours' copies are of nobody else.
     pub reach: usize,
 }
 
 impl Share {
-    /// Rank `rank` of `ranks`, with copies of [`REACH`] planes.
+    /// Rank `rank` of `ranks`, each with whole planes, with copies of [`REACH`] planes.
     #[must_use]
     pub fn new(rank: usize, ranks: usize) -> Self {
         Self {
             rank,
             ranks,
+            beside: 1,
             reach: REACH,
+        }
+    }
+
+    /// The same in blocks, so many of them beside each other.
+    #[must_use]
+    pub fn in_blocks(self, beside: usize) -> Self {
+        Self { beside, ..self }
+    }
+
+    /// The ranks along the last axis which have the same rows as this one.
+    #[must_use]
+    pub fn along_planes(self) -> Line {
+        let beside = self.beside.max(1);
+        Line {
+            place: self.rank / beside,
+            count: self.ranks / beside,
+            apart: beside,
+        }
+    }
+
+    /// The ranks which have the same planes as this one.
+    #[must_use]
+    pub fn along_rows(self) -> Line {
+        let count = self.beside.max(1);
+        Line {
+            place: self.rank % count,
+            count,
+            apart: 1,
         }
     }
 }
 
-/// Which planes of a field a rank has.
+/// Ranks one behind the other along an axis, as one of them sees them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Line {
+    /// Its place among them, from 0.
+    pub place: usize,
+    /// How many there are.
+    pub count: usize,
+    /// From the number of a rank to that of the next.
+    pub apart: usize,
+}
+
+/// Which planes of a field a rank has, or which rows of each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {
-    /// The rank.
-    pub share: Share,
+    /// The ranks that share them.
+    pub line: Line,
+    /// Copies on either side: see [`Share::reach`].
+    pub reach: usize,
     /// Planes of the whole field.
     pub planes: usize,
     /// Whether the last of them is beside the first.
@@ -70,47 +126,161 @@ pub struct Part {
 }
 
 impl Part {
-    /// The planes of the whole field that a rank has.
+    /// The planes of the whole field that the rank at a place of the line has.
     #[must_use]
-    pub fn of(self, rank: usize) -> Range<usize> {
-        slab(self.planes, self.layers, rank, self.share.ranks)
+    pub fn of(self, place: usize) -> Range<usize> {
+        slab(self.planes, self.layers, place, self.line.count)
     }
 
     /// Copies below and above this rank's planes.
     #[must_use]
     pub fn copies(self) -> [usize; 2] {
         self.neighbours()
-            .map(|neighbour| self.share.reach * usize::from(neighbour.is_some()))
+            .map(|neighbour| self.reach * usize::from(neighbour.is_some()))
     }
 
     /// The planes that are no copies, among those that this rank has in memory.
     #[must_use]
     pub fn own(self) -> Range<usize> {
         let [below, _] = self.copies();
-        below..below + self.of(self.share.rank).len()
+        below..below + self.of(self.line.place).len()
     }
 
     /// The planes that this rank has in memory.
     #[must_use]
     pub fn held(self) -> usize {
         let [below, above] = self.copies();
-        self.of(self.share.rank).len() + below + above
+        self.of(self.line.place).len() + below + above
+    }
+
+    /// The places of the rank that has the planes below those of this one, and of the rank that has those above.
+    #[must_use]
+    pub fn neighbours(self) -> [Option<usize>; 2] {
+        let Line { place, count, .. } = self.line;
+        [
+            (self.ring || place > 0).then(|| (place + count - 1) % count),
+            (self.ring || place + 1 < count).then(|| (place + 1) % count),
+        ]
+    }
+}
+
+/// Which planes of a field a rank has, and which rows of each where the box is cut into blocks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Parts {
+    /// Which of the ranks.
+    pub share: Share,
+    /// Its planes, normal to the last axis.
+    pub planes: Part,
+    /// Its rows of them, along the axis before; `None` where it has whole planes.
+    pub rows: Option<Part>,
+}
+
+impl Parts {
+    /// Values of a row in memory, of a field that has so many, or of a plane where a rank has all of each.
+    fn width(self, held: usize) -> usize {
+        held / (self.planes.held() * self.rows.map_or(1, Part::held)).max(1)
+    }
+
+    /// Where what is no copy lies in a field of `held` values.
+    #[must_use]
+    pub fn own(self, held: usize) -> Strips {
+        let rows = self.rows.map_or(1, Part::held);
+        let own = self.rows.map_or(0..1, Part::own);
+        Strips::of(self.planes.own(), [own, 0..rows], self.width(held))
     }
 
     /// Elements of the whole field where those in memory are `held`.
     #[must_use]
     pub fn whole(self, held: usize) -> usize {
-        held / self.held().max(1) * self.planes
+        self.width(held) * self.planes.planes * self.rows.map_or(1, |rows| rows.planes)
     }
 
-    /// The rank that has the planes below those of this one, and the rank that has those above.
+    /// Calls `each` with a rank and how many values come next of it, in the order of a whole field, of which this rank has `held` in memory.
+    pub fn in_order(self, held: usize, mut each: impl FnMut(usize, usize)) {
+        let width = self.width(held);
+        for place in 0..self.planes.line.count {
+            let planes = self.planes.of(place);
+            let Some(rows) = self.rows else {
+                each(place, planes.len() * width);
+                continue;
+            };
+            for _ in planes {
+                (0..rows.line.count).for_each(|beside| {
+                    each(place * rows.line.count + beside, rows.of(beside).len() * width);
+                });
+            }
+        }
+    }
+}
+
+/// Values of a field that lie side by side in each of several planes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Strips {
+    /// Where the first of them begin.
+    pub first: usize,
+    /// How many lie side by side.
+    pub len: usize,
+    /// From where some begin to where those of the next plane do.
+    pub apart: usize,
+    /// Planes.
+    pub count: usize,
+}
+
+impl Strips {
+    /// Some `planes`, and of each the first of two ranges of rows, of `width` values, where it has the second one; all in one where these are the same.
     #[must_use]
-    pub fn neighbours(self) -> [Option<usize>; 2] {
-        let Share { rank, ranks, .. } = self.share;
-        [
-            (self.ring || rank > 0).then(|| (rank + ranks - 1) % ranks),
-            (self.ring || rank + 1 < ranks).then(|| (rank + 1) % ranks),
-        ]
+    pub fn of(planes: Range<usize>, [rows, all]: [Range<usize>; 2], width: usize) -> Self {
+        let apart = all.len() * width;
+        let first = planes.start * apart + (rows.start - all.start) * width;
+        let (len, count) = (rows.len() * width, planes.len());
+        if rows == all {
+            Self {
+                first,
+                len: len * count,
+                apart: len * count,
+                count: 1,
+            }
+        } else {
+            Self {
+                first,
+                len,
+                apart,
+                count,
+            }
+        }
+    }
+
+    /// How many values they are.
+    #[must_use]
+    pub fn total(self) -> usize {
+        self.len * self.count
+    }
+
+    /// Where those of each plane lie.
+    pub fn ranges(self) -> impl Iterator<Item = Range<usize>> {
+        (0..self.count).map(move |plane| {
+            let begin = self.first + plane * self.apart;
+            begin..begin + self.len
+        })
+    }
+
+    /// Where those lie which come after `from` others, plane after plane, `count` of them at most: as many as lie side by side, and how many that is.
+    fn next(self, from: usize, count: usize) -> Range<usize> {
+        let (plane, within) = (from / self.len.max(1), from % self.len.max(1));
+        let begin = self.first + plane * self.apart + within;
+        begin..begin + count.min(self.len - within.min(self.len))
+    }
+
+    /// Calls `each` with where values of the field and of a message lie, for those from number `from` on that fill `count` of it.
+    pub fn pieces(self, from: usize, count: usize, mut each: impl FnMut(Range<usize>, Range<usize>)) {
+        let count = count.min(self.total().saturating_sub(from));
+        let mut done = 0;
+        while done < count {
+            let next = self.next(from + done, count - done);
+            let len = next.len();
+            each(next, done..done + len);
+            done += len;
+        }
     }
 }
 
@@ -119,20 +289,25 @@ impl Part {
 pub enum Held {
     /// All of it, and so have the other ranks, if there are any.
     All,
-    /// Some planes of cells, or of faces along them.
-    Planes(Part),
-    /// Some planes of faces between them.
-    Between(Part),
+    /// A part of it.
+    Part {
+        /// Which.
+        parts: Parts,
+        /// Whether they are faces between planes, or between rows that are shared too.
+        between: [bool; 2],
+    },
 }
 
 impl Held {
     /// That of component `axis` of a field of `dims` components, or of cells.
     #[must_use]
-    pub fn of(part: Option<Part>, dims: usize, axis: Option<usize>) -> Self {
-        match (part, axis) {
-            (None, _) => Self::All,
-            (Some(part), Some(axis)) if axis + 1 == dims => Self::Between(part),
-            (Some(part), _) => Self::Planes(part),
+    pub fn of(parts: Option<Parts>, dims: usize, axis: Option<usize>) -> Self {
+        match parts {
+            None => Self::All,
+            Some(parts) => Self::Part {
+                parts,
+                between: [1, 2].map(|before| axis.is_some_and(|axis| axis + before == dims)),
+            },
         }
     }
 
@@ -141,7 +316,7 @@ impl Held {
     pub fn whole(self, held: usize) -> usize {
         match self {
             Self::All => held,
-            Self::Planes(part) | Self::Between(part) => part.whole(held),
+            Self::Part { parts, .. } => parts.whole(held),
         }
     }
 }

@@ -52,16 +52,16 @@ impl<'m, T: Real> Animation<'m, T> {
     pub fn layout(&mut self, layout: &mut Layout<'_, 'm, T>, sums: usize) -> Result<(), TooSmall> {
         let grid = self.levels.finest;
         let cells = grid.cells();
-        let part = grid.part();
+        let parts = grid.parts();
         layout.keep_fields(
             "densities rho_0 .. rho_N",
             &mut self.rho,
             (densities(&grid, self.slots) / cells.max(1), cells),
-            part,
+            parts,
         )?;
         layout.tables(|arena| self.levels.fill(arena))?;
-        layout.keep_vector("velocity v", &mut self.v, (grid.dims, cells * self.slots), part)?;
-        layout.keep_vector("given velocity v_0", &mut self.initial, (grid.dims, cells), part)?;
+        layout.keep_vector("velocity v", &mut self.v, (grid.dims, cells * self.slots), parts)?;
+        layout.keep_vector("given velocity v_0", &mut self.initial, (grid.dims, cells), parts)?;
         layout.work("sums of rows", &mut self.sums, sums)
     }
 

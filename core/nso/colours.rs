@@ -35,15 +35,18 @@ impl Colours {
         base << (0..grid.dims).filter(|&axis| odd(grid, axis)).count()
     }
 
-    /// The cells of `row` that pass `pass` visits. Of a box that ranks share a rank visits its own planes and those beside, whose changes reach them.
+    /// The cells of `row` that pass `pass` visits. Of a box that ranks share a rank visits its own planes and rows and those beside, whose changes reach them.
     #[must_use]
     pub fn cells(self, grid: &Grid, pass: usize, row: usize) -> Cells {
         let none = Cells { start: 0, count: 0 };
-        let (own, [plane, _]) = (grid.own_planes(), grid.plane_of(row));
-        if plane + 1 < own.start || plane > own.end {
+        let [y, z] = grid.row_at(row);
+        let is_near = |(axis, place): (usize, usize)| {
+            let own = grid.own(axis);
+            place + 1 >= own.start && place <= own.end
+        };
+        if ![(1, y), (2, z)].into_iter().all(is_near) {
             return none;
         }
-        let [y, z] = grid.row_at(row);
         let at = [0, grid.in_whole(1, y), grid.in_whole(2, z)];
         let (base, mut bits) = match self {
             Self::RedBlack => (pass % 2, pass / 2),

@@ -130,16 +130,15 @@ pub fn add_by_rows<T: Real>(
     [mut blurred, mut next]: [&mut [T]; 2],
     (turned, scratch): (&mut Turned<'_, T>, &mut [T]),
 ) {
-    let last = grid.dims - 1;
     for j in 1..=filters {
         let gaussian = Gaussian::new(j);
         blurred.copy_from_slice(e);
         for _ in 0..2 {
             solids.clear_cells(grid.n[0], blurred);
             for axis in 0..grid.dims {
-                if grid.is_part() && axis == last {
-                    turned.along_last(exec, grid, blurred, next, |columns, blurred, next| {
-                        if let Some(grid) = across(grid, columns) {
+                if grid.part_along(axis).is_some() {
+                    turned.along(exec, (grid, axis), blurred, next, |columns, blurred, next| {
+                        if let Some(grid) = across((grid, axis), columns) {
                             along(exec, (&grid, 1), gaussian, blurred, next, scratch);
                         }
                     });
@@ -154,11 +153,11 @@ pub fn add_by_rows<T: Real>(
     }
 }
 
-/// Some columns of a box along its last axis, side by side; `None` where there are none.
-fn across(grid: &Grid, columns: usize) -> Option<Grid> {
-    let last = grid.whole_axis(grid.dims - 1);
-    let ends = [Boundary::Wall, last.ends()];
-    (columns > 0).then(|| Grid::new(&[columns, last.inside().len()], &ends))
+/// Some columns of a box along an axis, side by side; `None` where there are none.
+fn across((grid, axis): (&Grid, usize), columns: usize) -> Option<Grid> {
+    let line = grid.whole_axis(axis);
+    let ends = [Boundary::Wall, line.ends()];
+    (columns > 0).then(|| Grid::new(&[columns, line.inside().len()], &ends))
 }
 
 /// Taps on one side of the widest of some Gaussians.

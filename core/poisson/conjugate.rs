@@ -8,7 +8,7 @@
 use super::eigen;
 use crate::exec::Exec;
 use crate::field::rows::{self, part, part_mut};
-use crate::field::sums::{self, NOTHING};
+use crate::field::sums;
 use crate::field::turned::Turned;
 use crate::grid::solids::{Solids, closed};
 use crate::grid::spectrum::Spectrum;
@@ -78,15 +78,13 @@ pub fn solve<T: Real>(
     }
 }
 
-/// The sum of products, row by row, and on from rank to rank.
+/// The sum of products, row by row.
 fn dot<T: Real>(exec: &dyn Exec, grid: &Grid, x: &[T], y: &[T]) -> f64 {
     let n = grid.n[0];
-    let go_on = |sum: &mut [f64]| {
-        let of_row = |row: usize| rows::dot(part(x, row * n..(row + 1) * n), part(y, row * n..(row + 1) * n));
-        sum[0] = grid.own_rows().map(of_row).fold(sum[0], |sum, own| sum + own);
-    };
-    let mut sum = [NOTHING];
-    sums::over_ranks(exec, grid, &mut sum, go_on);
+    let mut sum = [0.0];
+    sums::over_rows(exec.ranks(), grid, &mut sum, |row, _| {
+        rows::dot(part(x, row * n..(row + 1) * n), part(y, row * n..(row + 1) * n))
+    });
     sum[0]
 }
 

@@ -131,7 +131,7 @@ pub struct Problem<'a> {
     pub advection: Advection,
     /// Relative tolerance of projections.
     pub projection_tolerance: f64,
-    /// Which slab of the box this program has, where several ranks share it: see [`exec::ranks`](crate::exec::ranks).
+    /// Which of the ranks this program is, where several share the box: see [`exec::ranks`](crate::exec::ranks).
     pub share: Option<Share>,
 }
 

@@ -21,12 +21,30 @@ pub enum ShareError {
     },
     /// There are more ranks than the box has planes for.
     Thin {
-        /// The ranks.
+        /// The ranks one behind the other.
         ranks: usize,
         /// Planes along the last axis.
         planes: usize,
         /// Planes that each needs.
         least: usize,
+    },
+    /// There are more ranks beside each other than planes have rows for.
+    Narrow {
+        /// The ranks beside each other.
+        ranks: usize,
+        /// Rows along the axis before the last.
+        rows: usize,
+        /// Rows that each needs.
+        least: usize,
+    },
+    /// Ranks cannot have blocks of the box.
+    Blocks {
+        /// The ranks.
+        ranks: usize,
+        /// How many were to be beside each other.
+        beside: usize,
+        /// Axes of the box.
+        dims: usize,
     },
 }
 
@@ -45,6 +63,21 @@ impl fmt::Display for ShareError {
                 f,
                 "{ranks} ranks share {planes} planes of cells; each needs at least {least}, so take {} ranks at most",
                 planes / (*least).max(1)
+            ),
+            Self::Narrow { ranks, rows, least } => write!(
+                f,
+                "{ranks} ranks beside each other share {rows} rows of cells; each needs at least {least}, so put {} beside each other at most",
+                rows / (*least).max(1)
+            ),
+            Self::Blocks { dims: 2, .. } => {
+                write!(
+                    f,
+                    "a box with two axes cannot be cut into blocks; let each rank have whole rows"
+                )
+            }
+            Self::Blocks { ranks, beside, .. } => write!(
+                f,
+                "{ranks} ranks cannot be {beside} beside each other along y; give a number that divides theirs and is smaller, so that z is cut too"
             ),
         }
     }
@@ -65,6 +98,7 @@ impl Problem<'_> {
         let Some(Share {
             rank,
             ranks,
+            beside,
             reach: least,
         }) = self.share
         else {
@@ -76,9 +110,22 @@ impl Problem<'_> {
         if !self.is_shared() {
             return Ok(());
         }
-        let planes = self.cells.last().copied().unwrap_or(1);
-        if planes / least.max(1) < ranks {
+        let dims = self.cells.len();
+        if beside != 1 && (dims < 3 || beside == 0 || beside >= ranks || !ranks.is_multiple_of(beside)) {
+            return Err(ShareError::Blocks { ranks, beside, dims });
+        }
+        let [planes, rows] = [1, 2].map(|before| {
+            let axis = dims.checked_sub(before);
+            axis.and_then(|axis| self.cells.get(axis)).copied().unwrap_or(1)
+        });
+        let behind = ranks / beside;
+        if planes / least.max(1) < behind {
+            let ranks = behind;
             return Err(ShareError::Thin { ranks, planes, least });
+        }
+        if beside > 1 && rows / least.max(1) < beside {
+            let ranks = beside;
+            return Err(ShareError::Narrow { ranks, rows, least });
         }
         Ok(())
     }

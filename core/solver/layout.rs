@@ -13,6 +13,8 @@ use core::ops::Range;
 pub(crate) struct FileLayout<'g> {
     grid: &'g Grid,
     inside: [Range<usize>; 3],
+    /// Elements of a row of the file, and rows of a plane.
+    file: [usize; 2],
     /// The axis of faces; `None` of cells.
     axis: Option<usize>,
 }
@@ -43,26 +45,48 @@ impl<'g> FileLayout<'g> {
     /// That of the faces of an axis, or of cells. Of a box that ranks share it is the rank's own part, plane after plane.
     pub fn of(grid: &'g Grid, axis: Option<usize>) -> Self {
         let mut inside = grid.inside();
-        if let (Some(part), Some(last)) = (grid.part(), inside.get_mut(grid.dims - 1)) {
-            let first = grid.first_plane(grid.dims - 1);
-            let own = planes_of(grid, axis, part.share.rank);
-            *last = (own.start as isize - first) as usize..(own.end as isize - first) as usize;
+        if let Some(parts) = grid.parts() {
+            for (along, inside) in inside.iter_mut().enumerate().take(grid.dims) {
+                if grid.part_along(along).is_some() {
+                    let (first, own) = (grid.first(along), of_rank(grid, axis, (along, parts.share.rank)));
+                    *inside = (own.start as isize - first) as usize..(own.end as isize - first) as usize;
+                }
+            }
         }
-        Self { grid, inside, axis }
+        let mut layout = Self {
+            grid,
+            inside,
+            file: [0; 2],
+            axis,
+        };
+        layout.file = [0, 1].map(|axis| layout.extent(axis));
+        layout
     }
 
-    /// Whether these are faces across the planes of which a rank has some: those on the high wall are nobody's.
+    /// The same where its elements stand among those of the whole box, of which they are the first.
+    pub fn first_of_whole(self) -> Self {
+        let whole = self.grid.whole();
+        let file = FileLayout::of(&whole, self.axis).file;
+        Self { file, ..self }
+    }
+
+    /// Whether these are faces across what a rank has some of: those on the high wall are nobody's.
     fn is_across(&self, axis: usize) -> bool {
-        self.grid.is_part() && axis == self.grid.dims - 1
+        self.grid.part_along(axis).is_some()
     }
 
     /// Where a cell of the box is in a file; `None` outside the box.
     pub fn place(&self, at: [usize; 3]) -> Option<usize> {
-        let mut place = 0;
-        for (inside, at) in self.inside.iter().zip(at).rev() {
-            place = place * inside.len() + at.checked_sub(inside.start).filter(|at| *at < inside.len())?;
+        let mut here = [0; 3];
+        for ((here, inside), at) in here.iter_mut().zip(&self.inside).zip(at) {
+            *here = at.checked_sub(inside.start).filter(|at| *at < inside.len())?;
         }
-        Some(place)
+        Some(self.in_file(here))
+    }
+
+    /// Where an element is in a file.
+    fn in_file(&self, [x, y, z]: [usize; 3]) -> usize {
+        (z * self.file[1] + y) * self.file[0] + x
     }
 
     pub fn extent(&self, axis: usize) -> usize {
@@ -78,7 +102,7 @@ impl<'g> FileLayout<'g> {
     fn stored(&self, axis: usize) -> Range<usize> {
         let extent = self.extent(axis);
         if self.axis == Some(axis) && self.is_across(axis) {
-            let first = self.grid.first_plane(axis) + self.inside[axis].start as isize;
+            let first = self.grid.first(axis) + self.inside[axis].start as isize;
             return usize::from(first == 0 && !self.grid.whole_axis(axis).is_ring())..extent;
         }
         if extent == self.inside[axis].len() {
@@ -95,7 +119,7 @@ impl<'g> FileLayout<'g> {
         rows.map(move |[y, z]| Run {
             row: self.grid.row(self.inside[1].start + y, self.inside[2].start + z),
             x: self.inside[0].start + x.start,
-            file: (z * self.extent(1) + y) * self.extent(0) + x.start,
+            file: self.in_file([x.start, y, z]),
             count: x.len(),
         })
     }
@@ -158,18 +182,18 @@ impl<'g> FileLayout<'g> {
     }
 }
 
-/// The planes of a whole box of which a rank has what a file holds: of faces across them those of the layer behind an open high end too, since its
+/// What a rank has along an axis of a whole box of what a file holds: of faces across that axis those of the layer behind an open high end too, since its
 /// exits are their low faces.
-pub(super) fn planes_of(grid: &Grid, axis: Option<usize>, rank: usize) -> Range<usize> {
-    let (whole, last) = (grid.whole(), grid.dims - 1);
-    let (inside, planes) = (whole.axis(last).inside(), grid.planes_of(rank));
-    let exits = if axis == Some(last) {
-        whole.layers(last, Side::High)
+pub(super) fn of_rank(grid: &Grid, faces: Option<usize>, (along, rank): (usize, usize)) -> Range<usize> {
+    let own = grid.of_rank(along, rank);
+    let inside = grid.whole_axis(along).inside();
+    let exits = if faces == Some(along) {
+        grid.layers(along, Side::High)
     } else {
         0
     };
-    let here = |plane: usize| plane.clamp(inside.start, inside.end + exits);
-    here(planes.start)..here(planes.end)
+    let here = |place: usize| place.clamp(inside.start, inside.end + exits);
+    here(own.start)..here(own.end)
 }
 
 /// Refuses a density of another length, or that is not finite somewhere.
@@ -231,14 +255,20 @@ impl<'a, T> Strided<'a, T> {
     }
 }
 
-/// Sets which cells are solid, by a flag that is not 0 for each inside the box, x fastest; where ranks share it, for each of the rank's own.
+/// Sets which cells are solid, by a flag that is not 0 for each inside the box, x fastest; where ranks share it, for each of the rank's own in all but the
+/// first rank.
 pub(crate) fn put_solids<T: Real, F: Copy + Default + PartialEq>(
     ranks: &dyn Ranks,
     levels: &mut Levels<'_, T>,
     solid: &[F],
 ) {
     let grid = levels.finest;
-    let layout = FileLayout::of_cells(&grid);
+    let own = FileLayout::of_cells(&grid);
+    let layout = if ranks.rank() == 0 {
+        own.first_of_whole()
+    } else {
+        own
+    };
     levels.set_solids(ranks, |cell| {
         let place = layout.place(grid.cell_at(cell / grid.n[0], cell % grid.n[0]));
         place

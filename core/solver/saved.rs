@@ -115,7 +115,7 @@ impl<T: Real, S: Space> Resumable for Solver<'_, T, S> {
         let grid = *self.grid();
         let (count, cells) = (self.fields.len() / grid.cells().max(1), grid.cells());
         let mut layout = Layout::kept(&mut buffers);
-        let _ = layout.keep_fields("given densities", &mut self.fields, (count, cells), grid.part());
+        let _ = layout.keep_fields("given densities", &mut self.fields, (count, cells), grid.parts());
         buffers.end();
         self.shared = shared;
     }

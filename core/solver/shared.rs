@@ -3,18 +3,19 @@
 //! Rank 0 is given whole fields and gives whole fields, in the layout of a file; every rank keeps its own planes of them. Before it does anything
 //! that takes them all it tells the others its verb.
 
-use super::layout::{FileLayout, planes_of, put_solids};
+use super::layout::{FileLayout, of_rank, put_solids};
 use crate::checkpoint::{Among, Record};
 use crate::exec::Ranks;
-use crate::exec::ranks::{in_order, refresh, swap, tell};
-use crate::field::rows::{part, part_mut};
+use crate::exec::ranks::{Alone, refresh, swap, tell};
+use crate::field::rows::{self, part, part_mut};
 use crate::field::sums;
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
+use crate::memory::part::Strips;
 use crate::memory::{Held, Plain};
 use crate::observe::{Event, Observer};
 use crate::real::Real;
-use core::ops::{ControlFlow, Range};
+use core::ops::ControlFlow;
 
 /// What the first rank asks the others to do with it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,29 +91,58 @@ pub(super) struct Shared<'m, T> {
 }
 
 /// Elements of a component in the layout of a file that a rank has: the faces of `axis`, or cells.
-fn piece_of(grid: &Grid, axis: Option<usize>, rank: usize) -> Range<usize> {
+fn piece_of(grid: &Grid, axis: Option<usize>, rank: usize) -> Strips {
     let (whole, last) = (grid.whole(), grid.dims - 1);
     let layout = FileLayout::of(&whole, axis);
-    let plane: usize = (0..last).map(|axis| layout.extent(axis)).product();
-    let (planes, begin) = (planes_of(grid, axis, rank), whole.axis(last).inside().start);
-    (planes.start - begin) * plane..(planes.end - begin) * plane
+    // A file has no layers outside.
+    let own = |along: usize| {
+        let (own, begin) = (
+            of_rank(grid, axis, (along, rank)),
+            whole.axis(along).inside().start,
+        );
+        own.start - begin..own.end - begin
+    };
+    match grid.part_along(last - 1) {
+        Some(_) => Strips::of(
+            own(last),
+            [own(last - 1), 0..layout.extent(last - 1)],
+            layout.extent(0),
+        ),
+        None => {
+            let plane = (0..last).map(|axis| layout.extent(axis)).product();
+            Strips::of(own(last), [0..1, 0..1], plane)
+        }
+    }
 }
 
 /// Elements of the largest part that any rank has of a component.
 pub(super) fn piece_len(grid: &Grid) -> usize {
-    let ranks = grid.part().map_or(0, |part| part.share.ranks);
+    let ranks = grid.parts().map_or(0, |parts| parts.share.ranks);
     let axes = || (0..grid.dims).map(Some).chain([None]);
     let parts = (0..ranks).flat_map(|rank| axes().map(move |axis| piece_of(grid, axis, rank)));
-    parts.map(|part| part.len()).max().unwrap_or(0)
+    parts.map(Strips::total).max().unwrap_or(0)
 }
 
 /// Cells whose flags a rank keeps, where there may be solid ones.
 pub(super) fn solid_len(grid: &Grid) -> usize {
-    match grid.part().map(|part| part.share.rank) {
+    match grid.parts().map(|parts| parts.share.rank) {
         None => 0,
         Some(0) => FileLayout::of_cells(&grid.whole()).len(),
-        Some(rank) => piece_of(grid, None, rank).len(),
+        Some(rank) => piece_of(grid, None, rank).total(),
     }
+}
+
+/// Sends another rank its piece of what the first one has, plane after plane of it.
+fn send_piece<P: Plain>(ranks: &dyn Ranks, rank: usize, piece: Strips, all: &[P]) {
+    piece
+        .ranges()
+        .for_each(|range| swap(ranks, Some(rank), part(all, range), None, &mut []));
+}
+
+/// Receives what [`send_piece`] sends, as one.
+fn take_piece<P: Plain>(ranks: &dyn Ranks, piece: Strips, own: &mut [P]) {
+    own.chunks_mut(piece.len.max(1))
+        .for_each(|strip| swap(ranks, None, &[], Some(0), strip));
 }
 
 impl<T: Real> Shared<'_, T> {
@@ -131,10 +161,9 @@ impl<T: Real> Shared<'_, T> {
         let piece = |rank| piece_of(&grid, None, rank);
         if ranks.rank() == 0 {
             let solid = &*self.solid;
-            (1..ranks.count())
-                .for_each(|rank| swap(ranks, Some(rank), part(solid, piece(rank)), None, &mut []));
+            (1..ranks.count()).for_each(|rank| send_piece(ranks, rank, piece(rank), solid));
         } else {
-            swap(ranks, None, &[], Some(0), &mut *self.solid);
+            take_piece(ranks, piece(ranks.rank()), &mut *self.solid);
         }
         put_solids(ranks, levels, self.solid);
     }
@@ -187,14 +216,11 @@ impl<T: Real> Shared<'_, T> {
 
     /// The sum over all cells of a field.
     pub fn mass(&self, grid: &Grid, field: &[T]) -> f64 {
-        let own = grid.own_rows();
-        let own = part(field, own.start * grid.n[0]..own.end * grid.n[0]).iter();
-        let mut sum = [sums::NOTHING];
-        let go_on = |sum: &mut [f64]| sum[0] = own.fold(sum[0], |sum, own| sum + own.to_f64());
-        match self.ranks {
-            Some(ranks) => in_order(ranks, &mut sum, go_on),
-            None => go_on(&mut sum),
-        }
+        let (n, mut sum) = (grid.n[0], [0.0]);
+        let ranks = self.ranks.unwrap_or(&Alone);
+        sums::over_rows(ranks, grid, &mut sum, |row, _| {
+            rows::sum(part(field, row * n..(row + 1) * n))
+        });
         sum[0]
     }
 
@@ -202,7 +228,7 @@ impl<T: Real> Shared<'_, T> {
     pub fn put(&mut self, place: (&Grid, Option<usize>), given: &[T], unit: T, field: &mut [T]) {
         self.put_slot(place, given, unit, field, [1, 0]);
         if let (Some(ranks), (grid, axis)) = (self.ranks, place) {
-            refresh(ranks, Held::of(grid.part(), grid.dims, axis), field);
+            refresh(ranks, Held::of(grid.parts(), grid.dims, axis), field);
         }
     }
 
@@ -221,12 +247,12 @@ impl<T: Real> Shared<'_, T> {
         };
         let piece = |rank| piece_of(grid, axis, rank);
         if ranks.rank() == 0 {
-            (1..ranks.count())
-                .for_each(|rank| swap(ranks, Some(rank), part(given, piece(rank)), None, &mut []));
-            layout.write_slot(part(given, piece(0)), unit, field, slot);
+            (1..ranks.count()).for_each(|rank| send_piece(ranks, rank, piece(rank), given));
+            layout.first_of_whole().write_slot(given, unit, field, slot);
         } else {
-            let own = part_mut(self.piece, 0..piece(ranks.rank()).len());
-            swap(ranks, None, &[], Some(0), own);
+            let piece = piece(ranks.rank());
+            let own = part_mut(self.piece, 0..piece.total());
+            take_piece(ranks, piece, own);
             layout.write_slot(own, unit, field, slot);
         }
     }
@@ -242,12 +268,14 @@ impl<T: Real> Shared<'_, T> {
         let Some(ranks) = self.ranks else {
             return own(&layout, out);
         };
-        // Beyond the last planes stands what is on a wall.
+        // Beyond the last rows and planes stands what is on a wall.
         out.fill(T::ZERO);
-        let piece = |rank| piece_of(grid, axis, rank);
-        own(&layout, part_mut(out, piece(0)));
+        own(&layout.first_of_whole(), out);
         for rank in 1..ranks.count() {
-            swap(ranks, None, &[], Some(rank), part_mut(out, piece(rank)));
+            let piece = piece_of(grid, axis, rank);
+            piece
+                .ranges()
+                .for_each(|range| swap(ranks, None, &[], Some(rank), part_mut(out, range)));
         }
     }
 
@@ -258,9 +286,11 @@ impl<T: Real> Shared<'_, T> {
         own: impl FnOnce(&FileLayout<'_>, &mut [T]),
     ) {
         if let Some(ranks) = self.ranks {
-            let out = part_mut(self.piece, 0..piece_of(grid, axis, ranks.rank()).len());
+            let piece = piece_of(grid, axis, ranks.rank());
+            let out = part_mut(self.piece, 0..piece.total());
             own(&FileLayout::of(grid, axis), out);
-            swap(ranks, Some(0), out, None, &mut []);
+            out.chunks(piece.len.max(1))
+                .for_each(|strip| swap(ranks, Some(0), strip, None, &mut []));
         }
     }
 }

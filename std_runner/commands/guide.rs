@@ -1,6 +1,6 @@
 //! `thurible guide SCENE --reference DIR`: the flow of a scene, guided by that of a result.
 
-use super::options::{Keeping, Options};
+use super::options::{Keeping, Options, Sharing};
 use super::simulate::Simulation;
 use crate::exit::Failure;
 use crate::run::{Origin, Request};
@@ -51,6 +51,7 @@ pub fn run(arguments: &GuideArguments) -> Result<u8, Failure> {
         steps: arguments.steps,
         fluids: false,
         keeping: &arguments.keeping,
+        sharing: Sharing::default(),
     };
     simulation.run("_guided", Method::Guide, |request| Request {
         from,

@@ -1,5 +1,6 @@
 //! Options that several commands share.
 
+use crate::blocks::{self, Blocks};
 use crate::checkpoint::{self, Every};
 use crate::destination::{Earlier, put_in_order};
 use crate::devices::{self, Searching};
@@ -200,6 +201,7 @@ impl Options {
             limit: self.resources.memory_limit,
             began_under: None,
             share: self.resources.ranks.map(share_of),
+            blocks: None,
         }
     }
 
@@ -225,6 +227,28 @@ impl Options {
             ranks: self.resources.ranks,
             device: None,
         }
+    }
+}
+
+/// How ranks cut the box that they share.
+#[derive(Args, Clone, Copy, Debug, Default)]
+pub struct Sharing {
+    /// Of ranks that share a scene: a block of the box for each, as in 2x4, two of them side by side along y and four along z [default: slabs along z for up to 8 ranks with 8 planes or more each, else the blocks with the fewest copies].
+    #[arg(long, value_name = "YxZ", value_parser = blocks::parse)]
+    pub blocks: Option<Blocks>,
+}
+
+impl Sharing {
+    /// The options of a solve that ranks share so, if there are any.
+    ///
+    /// # Errors
+    /// There are not as many blocks as ranks.
+    pub(crate) fn of(self, mut options: RunOptions) -> Result<RunOptions, Failure> {
+        if let Some(blocks) = self.blocks {
+            blocks.check(options.ranks.map(Ranks::count))?;
+        }
+        options.plan.blocks = self.blocks;
+        Ok(options)
     }
 }
 

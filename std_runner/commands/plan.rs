@@ -1,6 +1,6 @@
 //! `thurible plan SCENE`: the memory of a solve to the byte, and what other sizes and precisions would take.
 
-use super::options::{OnDevice, SceneArguments};
+use super::options::{OnDevice, SceneArguments, Sharing};
 use crate::bytes::grouped;
 use crate::console::print;
 use crate::devices::{self, Searching};
@@ -35,11 +35,16 @@ pub struct PlanArguments {
     /// The memory of each of N ranks that share the scene.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20), conflicts_with = "device")]
     pub ranks: Option<u32>,
+    /// How they cut the box.
+    #[command(flatten)]
+    pub sharing: Sharing,
 }
 
 /// Prints the plan of a scene; the answer is the exit code.
 pub fn run(arguments: &PlanArguments) -> Result<u8, Failure> {
-    let (simulate, ranks) = (arguments.simulate, arguments.ranks);
+    let (simulate, ranks) = (arguments.simulate, arguments.ranks.map(|ranks| ranks as usize));
+    let blocks = arguments.sharing.blocks;
+    blocks.map_or(Ok(()), |blocks| blocks.check(ranks))?;
     let device = arguments.on.open()?;
     let arguments = &arguments.common;
     let (path, set) = (&arguments.scene, &arguments.options.set);
@@ -51,7 +56,8 @@ pub fn run(arguments: &PlanArguments) -> Result<u8, Failure> {
         (scene, arguments.options.plan())
     };
     if let Some(ranks) = ranks {
-        return plan_ranks(&scene, &options, ranks as usize, arguments.options.mode());
+        let options = PlanOptions { blocks, ..options };
+        return plan_ranks(&scene, &options, ranks, arguments.options.mode());
     }
     if device.is_some() {
         devices::steers(&scene)?;
@@ -109,15 +115,18 @@ fn plan_device(device: &dyn Searching, scene: &Scene, planned: &Planned, mode: M
 /// Prints what each of some ranks needs that share a scene, of which none may need more than a ceiling that is given.
 fn plan_ranks(scene: &Scene, options: &PlanOptions, ranks: usize, mode: Mode) -> Result<u8, Failure> {
     unshared(scene)?;
-    let of_rank = |rank: usize| -> Result<(Range<usize>, Planned), Failure> {
+    let of_rank = |rank: usize| -> Result<([Range<usize>; 2], Planned), Failure> {
         let share = Some(Share::new(rank, ranks));
         let options = PlanOptions { share, ..*options };
         let planned = match options.limit {
             Some(_) => plan::choose(scene, &options)?,
             None => plan::make(scene, &options)?,
         };
-        Ok((planned.problem.problem().grid().planes_of(rank), planned))
+        let grid = planned.problem.problem().grid();
+        let [rows, planes] = [grid.dims - 2, grid.dims - 1].map(|axis| grid.of_rank(axis, rank));
+        Ok(([rows, planes], planned))
     };
+    let blocks = |planned: &Planned| planned.problem.share.is_some_and(|share| share.beside > 1);
     let plans = (0..ranks).map(of_rank).collect::<Result<Vec<_>, _>>()?;
     let all: usize = plans.iter().map(|(_, planned)| block_bytes(&planned.plan)).sum();
     match mode {
@@ -127,18 +136,36 @@ fn plan_ranks(scene: &Scene, options: &PlanOptions, ranks: usize, mode: Mode) ->
                 scene.document.path().display(),
                 size_in_words(&scene.grid.cells)
             ));
-            print(&format!("{:>8}{:>16}{:>20}", "rank", "planes", "bytes"));
-            for (rank, (planes, planned)) in plans.iter().enumerate() {
-                let planes = format!("{}..{}", planes.start, planes.end);
-                let bytes = grouped(block_bytes(&planned.plan));
-                print(&format!("{rank:>8}{planes:>16}{bytes:>20}"));
+            let in_blocks = plans.iter().any(|(_, planned)| blocks(planned));
+            let row = |rank: &str, [rows, planes]: [&str; 2], bytes: &str| {
+                let rows = if in_blocks {
+                    format!("{rows:>16}")
+                } else {
+                    String::new()
+                };
+                print(&format!("{rank:>8}{rows}{planes:>16}{bytes:>20}"));
+            };
+            row("rank", ["rows", "planes"], "bytes");
+            for (rank, (ranges, planned)) in plans.iter().enumerate() {
+                let [rows, planes] = ranges
+                    .each_ref()
+                    .map(|range| format!("{}..{}", range.start, range.end));
+                row(
+                    &rank.to_string(),
+                    [&rows, &planes],
+                    &grouped(block_bytes(&planned.plan)),
+                );
             }
-            print(&format!("{:>8}{:>36}", "all", grouped(all)));
+            row("all", [""; 2], &grouped(all));
         }
         Mode::Json => {
-            let each = plans.iter().enumerate().map(|(rank, (planes, planned))| {
-                let (planned, block) = (planned.plan.bytes(), block_bytes(&planned.plan));
-                json!({ "rank": rank, "planes": [planes.start, planes.end], "planned_bytes": planned, "block_bytes": block })
+            let each = plans.iter().enumerate().map(|(rank, ([rows, planes], planned))| {
+                let bytes = [planned.plan.bytes(), block_bytes(&planned.plan)];
+                let mut fields = json!({ "rank": rank, "planes": [planes.start, planes.end], "planned_bytes": bytes[0], "block_bytes": bytes[1] });
+                if blocks(planned) {
+                    fields["rows"] = json!([rows.start, rows.end]);
+                }
+                fields
             });
             let fields = json!({ "ranks": each.collect::<Vec<_>>(), "block_bytes": all });
             Display::new(Mode::Json, 0).event("plan", fields);

@@ -1,6 +1,6 @@
 //! `thurible resume DIR`: a solve that was not finished, on from the last state that was kept of it.
 
-use super::options::{OnDevice, Running, Watching};
+use super::options::{OnDevice, Running, Sharing, Watching};
 use crate::checkpoint::{self, Earlier, Every, Found, Solve};
 use crate::devices::Searching;
 use crate::exit::Failure;
@@ -27,6 +27,9 @@ pub struct ResumeArguments {
     /// Where the search goes on.
     #[command(flatten)]
     pub on: OnDevice,
+    /// How ranks cut the box, whoever shared it before.
+    #[command(flatten)]
+    pub sharing: Sharing,
     /// How often the state is kept from now on: every=60s, every=20 iterations, or off.
     #[arg(long, value_name = "every=60s|N", value_parser = checkpoint::parse)]
     pub checkpoint: Option<Every>,
@@ -45,6 +48,7 @@ pub fn run(arguments: &ResumeArguments) -> Result<u8, Failure> {
     let ranks = running.ranks;
     let on = On {
         ranks,
+        sharing: arguments.sharing,
         threads: running.threads,
         memory_limit: running.memory_limit,
         device: arguments.on.open()?,
@@ -83,6 +87,8 @@ pub(super) struct On<'a> {
     pub clock: Clock,
     /// The programs that share it from now on, whoever shared it before.
     pub ranks: Option<&'static dyn Ranks>,
+    /// How they cut the box.
+    pub sharing: Sharing,
 }
 
 /// Goes on from what was found.
@@ -112,13 +118,14 @@ fn asked(solve: &Solve, damaged: &dyn Fn() -> Failure, on: On<'_>) -> Result<(Ru
     let precision = precision
         .into_iter()
         .find(|precision| precision.name() == solve.options.precision);
-    let options = RunOptions {
+    let options = on.sharing.of(RunOptions {
         plan: PlanOptions {
             precision: precision.ok_or_else(damaged)?,
             threads: on.threads,
             limit: on.memory_limit,
             began_under: Some(solve.options.ceiling),
             share: on.ranks.map(share_of),
+            blocks: None,
         },
         mode: on.mode,
         ranks: on.ranks,
@@ -127,7 +134,7 @@ fn asked(solve: &Solve, damaged: &dyn Fn() -> Failure, on: On<'_>) -> Result<(Ru
             arrays: true,
             images: solve.options.images,
         },
-    };
+    })?;
     let scene = scene_of(solve, damaged)?;
     let folder = on.output.unwrap_or_else(|| solve.destination());
     let origin = |earlier: &Earlier, option| {

@@ -1,9 +1,9 @@
 //! `thurible simulate SCENE`: the flow alone, from the scene's source or from where a result ends.
 
-use super::options::{Keeping, Options};
+use super::options::{Keeping, Options, Sharing};
 use crate::exit::Failure;
 use crate::progress::Clock;
-use crate::run::{Origin, Outputs, Request};
+use crate::run::{Origin, Outputs, Request, RunOptions};
 use crate::scene::Scene;
 use crate::solves::solve;
 use clap::Args;
@@ -36,6 +36,9 @@ pub struct SimulateArguments {
     /// What becomes of what is there, and of the state.
     #[command(flatten)]
     pub keeping: Keeping,
+    /// How ranks cut the box.
+    #[command(flatten)]
+    pub sharing: Sharing,
 }
 
 /// Simulates a scene and writes its result folder; the answer is the exit code.
@@ -52,6 +55,7 @@ pub fn run(arguments: &SimulateArguments) -> Result<u8, Failure> {
         steps: arguments.steps,
         fluids: arguments.solver == stable_fluids::NAME,
         keeping: &arguments.keeping,
+        sharing: arguments.sharing,
     };
     simulation.run("_flow", Method::Simulate, |request| Request { from, ..request })
 }
@@ -70,6 +74,8 @@ pub(super) struct Simulation<'a> {
     pub fluids: bool,
     /// What becomes of what is there, and of the state.
     pub keeping: &'a Keeping,
+    /// How ranks cut the box.
+    pub sharing: Sharing,
 }
 
 impl Simulation<'_> {
@@ -84,11 +90,14 @@ impl Simulation<'_> {
         let steps = self.steps.map(|steps| format!("time.steps={steps}"));
         let assignments: Vec<String> = self.options.set.iter().cloned().chain(steps).collect();
         let scene = Scene::load_free(self.scene, &assignments)?.flow_by(method, self.fluids);
-        let mut options = self.options.run(Outputs {
+        let outputs = Outputs {
             arrays: true,
             images: scene.output.frames,
-        });
-        options.plan = self.options.plan_of_a_flow();
+        };
+        let options = self.sharing.of(RunOptions {
+            plan: self.options.plan_of_a_flow(),
+            ..self.options.run(outputs)
+        })?;
         let folder = self.output.map(Path::to_owned).unwrap_or_else(|| {
             let mut name = scene.output.folder.clone().into_os_string();
             name.push(end);

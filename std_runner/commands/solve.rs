@@ -1,6 +1,6 @@
 //! `thurible solve SCENE`: plan, allocate once, solve, make feasible, write.
 
-use super::options::{Keeping, OnDevice, SceneArguments};
+use super::options::{Keeping, OnDevice, SceneArguments, Sharing};
 use crate::exit::Failure;
 use crate::progress::Clock;
 use crate::run::{Outputs, Request, RunOptions};
@@ -24,6 +24,9 @@ pub struct SolveArguments {
     /// What becomes of what is there, and of the state.
     #[command(flatten)]
     pub keeping: Keeping,
+    /// How ranks cut the box.
+    #[command(flatten)]
+    pub sharing: Sharing,
 }
 
 /// Solves a scene and writes its result folder; the answer is the exit code.
@@ -31,12 +34,13 @@ pub fn run(arguments: &SolveArguments) -> Result<u8, Failure> {
     let common = &arguments.common;
     let clock = Clock::start();
     let scene = Scene::load(&common.scene, &common.options.set, common.method.as_deref())?;
+    let outputs = Outputs {
+        arrays: true,
+        images: scene.output.frames,
+    };
     let options = RunOptions {
         device: arguments.on.open()?,
-        ..common.options.run(Outputs {
-            arrays: true,
-            images: scene.output.frames,
-        })
+        ..arguments.sharing.of(common.options.run(outputs))?
     };
     let folder = arguments.output.as_ref().unwrap_or(&scene.output.folder).clone();
     let request = Request::new(scene, folder, clock);

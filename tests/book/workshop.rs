@@ -46,7 +46,7 @@ for argument; do
         method.direct.coarse_iterations=*) argument=method.direct.coarse_iterations=2 ;;
         grid.cells=*,*,*) argument='grid.cells=[12,12,12]' ;;
         mp4) command -v ffmpeg >/dev/null || argument=webp ;;
-        [1-9]*x[1-9]*) argument=96x96 ;;
+        [1-9][0-9]*x[1-9][0-9]*) argument=96x96 ;;
     esac
     arguments+=("$argument")
 done

@@ -25,6 +25,8 @@ const P: Boundary = Boundary::Periodic;
 /// A box whose flow is simulated, or steered by the direct method or by ADMM.
 #[derive(Clone, Copy, Debug)]
 struct Case {
+    /// How many ranks share rows of the same planes: 1 where each has whole planes.
+    beside: usize,
     steered: bool,
     admm: Option<Admm>,
     /// Whether the search begins on coarser grids.
@@ -225,7 +227,7 @@ impl Case {
         ranks: Option<&Channels>,
         work: impl FnOnce(&mut Solver<'_, T, S>, &dyn Exec) -> R,
     ) -> Option<R> {
-        let share = ranks.map(|ranks| Share::new(ranks.rank(), ranks.count()));
+        let share = ranks.map(|ranks| Share::new(ranks.rank(), ranks.count()).in_blocks(self.beside));
         let (problem, params) = (self.problem(share), self.params());
         let plan = Plan::new::<T, S>(&problem, &params).unwrap();
         let mut memory = Memory::new(plan.bytes());
@@ -381,7 +383,7 @@ impl Case {
             assert_eq!(shared.len(), alone.len());
             for (step, (alone, shared)) in alone.iter().zip(&shared).enumerate() {
                 let expected = in_all(1, alone);
-                for (bytes, ranks) in [(shared, 1), (alone, count), (shared, count + 1)] {
+                for (bytes, ranks) in [(shared, 1), (alone, count), (shared, count + self.beside)] {
                     let found = in_all(ranks, bytes);
                     assert!(
                         found == expected,
@@ -401,6 +403,7 @@ fn simulate() -> Params {
 }
 
 const QUICK_2D: Case = Case {
+    beside: 1,
     steered: false,
     admm: None,
     nested: false,
@@ -411,6 +414,7 @@ const QUICK_2D: Case = Case {
     more: &[],
 };
 const LIMITED_3D: Case = Case {
+    beside: 1,
     steered: false,
     admm: None,
     nested: false,
@@ -457,6 +461,7 @@ fn steered() {
 
 /// Three grids in 2D, two in 3D: of the coarser ones ranks have parts, or all of each where there are too many of them.
 const NESTED_2D: Case = Case {
+    beside: 1,
     steered: true,
     admm: None,
     nested: true,
@@ -661,6 +666,138 @@ const OPEN_NEWTON: Case = Case {
     }),
     ..ALTERNATED
 };
+
+/// Some rows of some planes for each rank, two or three of which are beside each other.
+const BLOCKS: Case = Case {
+    beside: 2,
+    cells: &[9, 11, 10],
+    ..LIMITED_3D
+};
+const STEERED_BLOCKS: Case = Case {
+    steered: true,
+    steps: 5,
+    more: &[Feature::Mask, Feature::Regions, Feature::Release],
+    ..BLOCKS
+};
+const NESTED_BLOCKS: Case = Case {
+    beside: 2,
+    ..NESTED_3D
+};
+
+#[test]
+fn in_blocks() {
+    BLOCKS.ranks_agree::<f32, D3>(&[4, 6]);
+    for (ends, scheme, more) in [
+        (&[P, W, P], Scheme::Quick, &[Feature::Templates][..]),
+        (&[W, P, W], Scheme::SemiLagrangian, &[]),
+        (&[W, OPEN, W], Scheme::Limited, &[Feature::Solids]),
+        (&[OPEN, LOW, HIGH], Scheme::Limited, &[Feature::Solids]),
+    ] {
+        let case = Case {
+            beside: 3,
+            ends,
+            scheme,
+            more,
+            steps: 6,
+            ..BLOCKS
+        };
+        case.ranks_agree::<f64, D3>(&[6]);
+    }
+}
+
+#[test]
+fn steered_in_blocks() {
+    STEERED_BLOCKS.ranks_agree::<f32, D3>(&[4, 6]);
+    let open = Case {
+        ends: &[W, HIGH, OPEN],
+        more: &[Feature::Mask, Feature::Solids],
+        ..STEERED_BLOCKS
+    };
+    open.ranks_agree::<f64, D3>(&[6]);
+    // Of coarser grids ranks have blocks, or all of each where they have too few rows or planes.
+    NESTED_BLOCKS.ranks_agree::<f32, D3>(&[4, 8]);
+    let flat = Case {
+        cells: &[8, 16, 32],
+        ends: &[W, HIGH, LOW],
+        scheme: Scheme::Limited,
+        more: &[Feature::Solids],
+        ..NESTED_BLOCKS
+    };
+    flat.ranks_agree::<f64, D3>(&[4, 6]);
+}
+
+#[test]
+fn alternated_in_blocks() {
+    let stfas = Case {
+        beside: 2,
+        ends: &[W, P, W],
+        cells: &[6, 13, 11],
+        steps: 4,
+        more: &[],
+        ..ALTERNATED
+    };
+    stfas.ranks_agree::<f32, D3>(&[4]);
+    let ring = Case {
+        beside: 3,
+        ends: &[P, W, P],
+        cells: &[5, 15, 10],
+        admm: Some(PAPERS),
+        ..stfas
+    };
+    ring.ranks_agree::<f64, D3>(&[6]);
+    let nested = Case {
+        cells: &[8, 16, 16],
+        ends: &[W, P, W],
+        nested: true,
+        steps: 7,
+        ..stfas
+    };
+    nested.ranks_agree::<f32, D3>(&[4]);
+    let newton = Case {
+        beside: 2,
+        ends: &[W, OPEN, P],
+        cells: &[7, 9, 12],
+        steps: 4,
+        ..OPEN_NEWTON
+    };
+    newton.ranks_agree::<f64, D3>(&[4]);
+    let solids = Case {
+        more: &[Feature::Solids],
+        scheme: Scheme::Limited,
+        cells: &[6, 10, 11],
+        ..stfas
+    };
+    solids.ranks_agree::<f64, D3>(&[4]);
+}
+
+#[test]
+fn states_in_blocks() {
+    STEERED_BLOCKS.goes_on::<f32, D3>(&[4]);
+    NESTED_BLOCKS.goes_on::<f64, D3>(&[4]);
+}
+
+/// Where columns and rows are transformed together, bricks end with their groups: with groups within a row, or over several; within a plane, or over several.
+#[test]
+fn long_axes_in_blocks() {
+    for cells in [
+        &[32, 6, 64],
+        &[12, 8, 64],
+        &[64, 64, 8],
+        &[64, 12, 8],
+        &[40, 36, 48],
+    ] {
+        let case = Case { cells, ..BLOCKS };
+        case.ranks_agree::<f32, D3>(&[4, 6]);
+    }
+    // With more ranks along z than groups along x.
+    let deep = Case {
+        cells: &[64, 6, 32],
+        steps: 3,
+        more: &[],
+        ..BLOCKS
+    };
+    deep.ranks_agree::<f32, D3>(&[16]);
+}
 
 /// With sides that smoke leaves by, across the planes that ranks share.
 #[test]
@@ -1085,13 +1222,14 @@ fn a_rank_plans_what_it_holds() {
             .bytes()
     };
     let alone = bytes(None);
-    for ranks in [2, 4, 8] {
+    for (ranks, beside) in [(2, 1), (4, 1), (8, 1), (8, 2)] {
         for rank in 0..ranks {
-            let share = Share::new(rank, ranks);
+            let share = Share::new(rank, ranks).in_blocks(beside);
             let own = bytes(Some(share));
-            // What does not shrink: copies of four planes, the tables of the axes.
-            let planes = 64 / ranks + 4;
-            let most = alone * planes / 64 + (200 << 10);
+            // What does not shrink: copies of four planes and rows, the tables of the axes.
+            let planes = 64 * beside / ranks + 4;
+            let rows = if beside > 1 { 16 / beside + 4 } else { 16 };
+            let most = alone * planes / 64 * rows / 16 + (200 << 10);
             assert!(own <= most, "rank {rank} of {ranks}: {own} bytes, {alone} alone");
             let problem = case.problem(Some(share));
             let mut memory = Memory::new(own - 1);
@@ -1142,6 +1280,19 @@ fn what_ranks_cannot_share_is_refused() {
         );
         assert!(error.to_string().contains("count from 0"), "{error}");
     }
+    let flat = QUICK_2D.problem(Some(Share::new(0, 4).in_blocks(2)));
+    assert!(refused(&flat, simulate()).to_string().contains("two axes"));
+    for (beside, ranks, expected) in [
+        (3, 4, "3 beside each other"),
+        (4, 4, "smaller"),
+        (0, 4, "0 beside each other"),
+        (6, 12, "11 rows of cells; each needs at least 2, so put 5"),
+        (2, 12, "6 ranks share 10 planes"),
+    ] {
+        let problem = BLOCKS.problem(Some(Share::new(0, ranks).in_blocks(beside)));
+        let error = Plan::new::<f32, D3>(&problem, &simulate()).unwrap_err();
+        assert!(error.to_string().contains(expected), "{error}");
+    }
     for method in [Method::Lbfgs, Method::Pd] {
         let params = Params { method, ..simulate() };
         let error = refused(&keyframe, params).to_string();
@@ -1159,6 +1310,7 @@ fn ranks_hear_each_other() {
             tell(ranks, count / 2, &mut told);
             let mut sum = [0.1];
             in_order(ranks, &mut sum, |sum| sum[0] = 3.0 * sum[0] + own);
+            tell(ranks, count - 1, &mut sum);
             let most = joined(ranks, own, f64::max);
             let mut other = [0u32];
             let next = (ranks.rank() + 1) % count;
@@ -1182,20 +1334,22 @@ fn ranks_hear_each_other() {
     }
 }
 
-/// Every copy is what its owner has, on a ring too.
+/// Every copy is what its owner has, on a ring too, and in blocks, in their corners too.
 #[test]
 fn copies_are_refreshed() {
     for ends in [W, P] {
-        for count in 2..=4 {
+        for (count, beside) in [(2, 1), (3, 1), (4, 1), (4, 2), (6, 3), (6, 2)] {
+            let cells: &[usize] = if beside == 1 { &[3, 9] } else { &[3, 8, 9] };
             let messages = with_ranks(count, |ranks| {
-                let share = Share::new(ranks.rank(), count);
-                let whole = Grid::new(&[3, 9], &[W, ends]);
+                let share = Share::new(ranks.rank(), count).in_blocks(beside);
+                let whole = Grid::new(cells, &[W, ends, ends]);
                 let grid = whole.shared(Some(share));
-                let first = grid.first_plane(1);
-                let value =
-                    |row: usize, x: usize| (first + row as isize).rem_euclid(9) as f64 + 0.1 * x as f64;
+                let value = |row: usize, x: usize| {
+                    let [y, z] = grid.row_at(row);
+                    (x + 10 * grid.in_whole(1, y) + 100 * grid.in_whole(2, z)) as f64
+                };
                 let mut field = vec![-1.0; grid.cells()];
-                for row in grid.own_rows() {
+                for row in (0..grid.rows()).filter(|&row| grid.is_own(row)) {
                     (0..3).for_each(|x| field[3 * row + x] = value(row, x));
                 }
                 refresh(&Together::new(&Serial, ranks), &grid, &mut field);
@@ -1204,11 +1358,19 @@ fn copies_are_refreshed() {
                 }
                 ranks.sent.each_ref().map(|sent| sent.load(Ordering::Relaxed))
             });
-            let neighbours = if ends == P { 2 * count } else { 2 * (count - 1) };
-            let [sent, bytes] = messages
-                .iter()
-                .fold([0; 2], |sum, own| [sum[0] + own[0], sum[1] + own[1]]);
-            assert_eq!([sent, bytes], [neighbours, neighbours * 2 * 3 * 8]);
+            let sides = |count: usize| if ends == P { 2 * count } else { 2 * (count - 1) };
+            let (high, [sent, bytes]) = (count / beside, sum_of(&messages));
+            if beside == 1 {
+                assert_eq!([sent, bytes], [sides(count), sides(count) * 2 * 3 * 8]);
+            } else {
+                assert_eq!(sent, beside * sides(high) + high * sides(beside));
+            }
         }
     }
+}
+
+fn sum_of(messages: &[[usize; 2]]) -> [usize; 2] {
+    messages
+        .iter()
+        .fold([0; 2], |sum, own| [sum[0] + own[0], sum[1] + own[1]])
 }

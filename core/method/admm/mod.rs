@@ -212,7 +212,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
 
     fn layout(&mut self, layout: &mut Layout<'_, 'm, T>) -> Result<(), TooSmall> {
         let grid = self.setup.grid;
-        let (len, part) = (grid.cells() * self.slots(), grid.part());
+        let (len, parts) = (grid.cells() * self.slots(), grid.parts());
         // A rank has all of coarser grids, which may be more than its part of the finest.
         let grids = self.animation.levels.grids.iter();
         let of_means = grids.map(|grid| means::sums_len(grid, self.slots())).max();
@@ -222,20 +222,20 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
             self.bases = Bases::carve::<S>(arena, &self.animation.levels)?;
             Ok(())
         })?;
-        layout.keep_vector("force w (AO: direction)", &mut self.w, (S::DIM, len), part)?;
-        layout.keep_vector("target t (AO: v*)", &mut self.target, (S::DIM, len), part)?;
+        layout.keep_vector("force w (AO: direction)", &mut self.w, (S::DIM, len), parts)?;
+        layout.keep_vector("target t (AO: v*)", &mut self.target, (S::DIM, len), parts)?;
         layout.keep_vector(
             "multiplier lambda / K (NSO: damping)",
             &mut self.multiplier,
             (S::DIM, len),
-            part,
+            parts,
         )?;
         if self.setup.params.relaxation != 1.0 {
             let name = "damping of NSO beside the multiplier (beta is not 1)";
-            layout.keep_vector(name, &mut self.spare, (S::DIM, len), part)?;
+            layout.keep_vector(name, &mut self.spare, (S::DIM, len), parts)?;
         }
-        layout.keep_fields("pressure p", &mut self.p, (1, len), part)?;
-        layout.keep_fields("pressure pbar", &mut self.pbar, (1, len), part)?;
+        layout.keep_fields("pressure p", &mut self.p, (1, len), parts)?;
+        layout.keep_fields("pressure pbar", &mut self.pbar, (1, len), parts)?;
         let mut region = core::mem::take(&mut self.region);
         let done = layout.in_turn(&mut region, 0, |ledger| self.measure(&self.setup, ledger));
         self.region = region;

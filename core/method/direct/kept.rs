@@ -36,7 +36,7 @@ pub fn show<T: Real>(
     let mut at = rest;
     for (level, grid) in levels.grids.iter().enumerate().skip(1).take(level) {
         let next = NextMut::within(grid, slots_on(setup, level), setup.fields, at);
-        let held = Held::of(grid.part(), grid.dims, None);
+        let held = Held::of(grid.parts(), grid.dims, None);
         let cells = grid.cells().max(1);
         for field in next
             .fields
@@ -62,6 +62,6 @@ pub fn show<T: Real>(
 
 fn show_vector<T>(grid: &Grid, field: [&mut [T]; 3], visit: &mut dyn Visit<T>) {
     for (axis, component) in field.into_iter().enumerate().take(grid.dims) {
-        visit.field(component, Held::of(grid.part(), grid.dims, Some(axis)));
+        visit.field(component, Held::of(grid.parts(), grid.dims, Some(axis)));
     }
 }

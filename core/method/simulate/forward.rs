@@ -124,7 +124,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Simulation<'m, T, S> {
         } = self;
         animation.layout(layout, 2 * setup.grid.rows())?;
         let grid = &setup.grid;
-        layout.keep_vector("force", w, (S::DIM, grid.cells() * animation.slots), grid.part())?;
+        layout.keep_vector("force", w, (S::DIM, grid.cells() * animation.slots), grid.parts())?;
         layout.in_turn(region, 0, |ledger| {
             let (levels, sweep) = (&animation.levels, &setup.flow.sweep);
             let mut pool = Pool::measuring(ledger);

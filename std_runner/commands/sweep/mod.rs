@@ -4,7 +4,7 @@ mod page;
 mod runs;
 mod there;
 
-use super::options::{Options, Running, longer};
+use super::options::{Options, Running, Sharing, longer};
 use super::resume;
 use crate::checkpoint::{self, Every};
 use crate::compare::publish;
@@ -155,6 +155,7 @@ impl SweepArguments {
         }
         if !self.force && checkpoint::is_there(&run.folder) {
             let on = resume::On {
+                sharing: Sharing::default(),
                 device: None,
                 threads,
                 memory_limit,
