@@ -68,9 +68,10 @@ fn share(mut cli: Cli, ranks: &'static dyn Ranks) -> Result<u8, Failure> {
         Command::Solve(arguments) => arguments.common.options.resources.running.ranks = Some(ranks),
         Command::Simulate(arguments) => arguments.options.resources.running.ranks = Some(ranks),
         Command::Resume(arguments) => arguments.running.ranks = Some(ranks),
+        Command::Export(arguments) => arguments.ranks = Some(ranks),
         _ => {
             return Err(Failure::Input(
-                "ranks share `simulate`, `solve` and `resume` alone yet; run the other commands by `thurible`, or by one rank"
+                "ranks share `simulate`, `solve`, `resume` and `export` alone yet; run the other commands by `thurible`, or by one rank"
                     .into(),
             ));
         }

@@ -7,6 +7,7 @@ use crate::progress::Mode;
 use clap::{Args, ValueEnum};
 use core::ops::RangeInclusive;
 use std::path::PathBuf;
+use thurible_core::exec::Ranks;
 
 /// The bits of numbers in volumes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -59,6 +60,9 @@ pub struct ExportArguments {
     /// Print JSON lines.
     #[arg(long)]
     pub json: bool,
+    /// The programs that share the steps, where there are several.
+    #[arg(skip)]
+    pub ranks: Option<&'static dyn Ranks>,
 }
 
 /// Writes the files; the answer is the exit code.
@@ -74,6 +78,7 @@ pub fn run(arguments: &ExportArguments) -> Result<u8, Failure> {
         half: arguments.precision == Bits::Half,
         codec: arguments.compression,
         fps: arguments.fps,
+        ranks: arguments.ranks,
         mode: match (arguments.quiet, arguments.json) {
             (true, _) => Mode::Quiet,
             (_, true) => Mode::Json,

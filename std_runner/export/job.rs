@@ -1,4 +1,4 @@
-//! The steps of a result, one after the other, into every format that is asked for.
+//! The steps of a result, one after the other, into every format that is asked for. Ranks share them: each writes every so many-th step into the same folder.
 
 use super::orient::Orientation;
 use super::request::{Format, Request, Written, facts};
@@ -16,6 +16,8 @@ use crate::progress::{Display, Mode};
 use core::ops::RangeInclusive;
 use serde_json::json;
 use std::path::{Path, PathBuf};
+use thurible_core::exec::Ranks;
+use thurible_core::exec::ranks::{Alone, joined, tell};
 
 /// What tells that a folder holds an export.
 const MARK: &str = "export.json";
@@ -45,6 +47,21 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
         )));
     }
     let mut sinks = sinks(request, &source, &manner, *steps.start())?;
+    if let Some(ranks) = request.ranks.filter(|ranks| ranks.rank() > 0) {
+        let folder = the_folder(ranks)?;
+        let (display, interrupt) = (Display::new(Mode::Quiet, 0), Interrupt::listen()?);
+        let run = Run {
+            sinks: &mut sinks,
+            source: &mut source,
+            display: &display,
+            interrupt: &interrupt,
+            ranks,
+        };
+        run.steps(&folder, steps, request.staggered)
+            .map_err(|error| Failure::File(error.to_string()))?;
+        return Ok(DONE);
+    }
+    let ranks = request.ranks.unwrap_or(&Alone);
     let parts: Vec<PathBuf> = sinks.iter().flat_map(|sink| sink.parts()).collect();
     let mut destination = Destination::check_for(&request.folder, MARK, vec![MARK.into()])?;
     let (display, interrupt) = (
@@ -59,8 +76,13 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
             source: &mut source,
             display: &display,
             interrupt: &interrupt,
+            ranks,
         };
+        tell_folder(ranks, folder)?;
         let written = run.steps(folder, steps.clone(), request.staggered)?;
+        for sink in &mut sinks {
+            sink.finish(folder, &mut source, written.steps.clone())?;
+        }
         let facts = facts(request, &manner, &source, &written);
         write_bytes(&folder.join(MARK), format!("{facts:#}\n").as_bytes())?;
         Ok(written)
@@ -75,40 +97,75 @@ struct Run<'a, 'm> {
     source: &'a mut Source,
     display: &'a Display,
     interrupt: &'a Interrupt,
+    ranks: &'a dyn Ranks,
 }
 
 impl Run<'_, '_> {
-    /// Writes `steps`, or those before the user asked to stop, the first at least.
+    /// Writes `steps`, or those before the user asked to stop, the first at least; of those that are written a rank every so many-th.
     fn steps(
         self,
         folder: &Path,
         steps: RangeInclusive<usize>,
         staggered: bool,
     ) -> Result<Written, OutputError> {
-        let (first, mut last, mut largest) = (*steps.start(), *steps.start(), 0.0_f64);
-        for step in steps {
-            if step > first && self.interrupt.asked() {
-                break;
+        let (first, end, count) = (*steps.start(), *steps.end(), self.ranks.count());
+        let (mut next, mut largest) = (first, 0.0_f64);
+        while next <= end && (next == first || !self.is_to_stop()) {
+            let step = next + self.ranks.rank();
+            if step <= end {
+                let frame = self.source.frame(step, staggered).map_err(OutputError::Source)?;
+                largest = frame.density.iter().copied().fold(largest, f64::max);
+                for sink in self.sinks.iter_mut() {
+                    sink.step(folder, self.source, &frame)?;
+                }
             }
-            let frame = self.source.frame(step, staggered).map_err(OutputError::Source)?;
-            largest = frame.density.iter().copied().fold(largest, f64::max);
-            for sink in self.sinks.iter_mut() {
-                sink.step(folder, self.source, &frame)?;
+            for step in next..=end.min(next + count - 1) {
+                self.display.event("step", json!({ "step": step }));
+                self.display.piece(step - first + 1, &format!("step {step}"));
             }
-            last = step;
-            self.display.event("step", json!({ "step": step }));
-            self.display.piece(step - first + 1, &format!("step {step}"));
+            next += count;
         }
-        for sink in self.sinks.iter_mut() {
-            sink.finish(folder, self.source, first..=last)?;
-        }
+        // Nobody goes on before all have written theirs.
+        let largest = joined(self.ranks, largest, f64::max);
         let depth = 0.25 * self.source.said.length * largest;
         Ok(Written {
-            steps: first..=last,
+            steps: first..=end.min(next - 1),
             largest,
             shader: if depth > 0.0 { OPAQUE / depth } else { 1.0 },
         })
     }
+
+    /// Whether the user asked the first rank to stop.
+    fn is_to_stop(&self) -> bool {
+        let mut asked = [u8::from(self.interrupt.asked())];
+        tell(self.ranks, 0, &mut asked);
+        asked == [1]
+    }
+}
+
+/// Tells the other ranks where the first one writes.
+fn tell_folder(ranks: &dyn Ranks, folder: &Path) -> Result<(), OutputError> {
+    let folder = std::path::absolute(folder).map_err(OutputError::of(folder))?;
+    let mut name = folder.into_os_string().into_encoded_bytes();
+    tell(ranks, 0, &mut [name.len()]);
+    tell(ranks, 0, &mut name);
+    Ok(())
+}
+
+/// Where the first rank writes, which has to be a folder here too.
+fn the_folder(ranks: &dyn Ranks) -> Result<PathBuf, Failure> {
+    let mut len = [0];
+    tell(ranks, 0, &mut len);
+    let mut name = vec![0; len[0]];
+    tell(ranks, 0, &mut name);
+    let folder = PathBuf::from(String::from_utf8_lossy(&name).into_owned());
+    if folder.is_dir() {
+        return Ok(folder);
+    }
+    Err(Failure::File(format!(
+        "{} is not seen from this machine; export into a folder that all machines share, with -o DIR",
+        folder.display()
+    )))
 }
 
 /// The steps that are asked for.

@@ -9,6 +9,7 @@ use clap::ValueEnum;
 use core::ops::RangeInclusive;
 use serde_json::{Value, json};
 use std::path::PathBuf;
+use thurible_core::exec::Ranks;
 
 /// What is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
@@ -39,6 +40,8 @@ pub(crate) struct Request {
     pub codec: Codec,
     pub fps: Option<f64>,
     pub mode: Mode,
+    /// The programs that share the steps, where there are several.
+    pub ranks: Option<&'static dyn Ranks>,
 }
 
 impl Request {

@@ -2,11 +2,17 @@
 //! what was read there, and what may go wrong is tried.
 
 use crate::support::{fresh_folder, npz, run, text};
+use clap::Parser;
 use serde_json::{Value, json};
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use thurible::cli::{Cli, Command};
+use thurible::commands::export::run as run_export;
 use zip::write::SimpleFileOptions;
+
+#[path = "../numerics/fields/channels.rs"]
+mod channels;
 
 /// Exports what must end well.
 fn exported(result: &Path, name: &str, more: &[&str]) -> PathBuf {
@@ -419,5 +425,40 @@ fn an_export_that_cannot_be_written_leaves_the_earlier_one() {
             !fs::read_dir(&folder).unwrap().any(|entry| hidden(entry.unwrap())),
             "{format}"
         );
+    }
+}
+
+/// Ranks share the steps, fewer of them than steps and more: the files are those of one program.
+#[test]
+fn ranks_share_the_steps() {
+    let result = result("export_ranks", 3);
+    let formats = ["--format", "usd,vti,zarr,fga,npz"];
+    let alone = sums(&exported(&result, "alone", &formats));
+    assert!(alone.lines().count() > 20, "{alone}");
+    for count in [2, 5] {
+        let folder = result.with_file_name(format!("of_{count}"));
+        let common = [
+            "thurible",
+            "export",
+            text(&result),
+            "--quiet",
+            "-o",
+            text(&folder),
+        ];
+        let arguments = [&common[..], &formats].concat();
+        let threads: Vec<_> = channels::ranks(count)
+            .into_iter()
+            .map(|rank| {
+                let Command::Export(mut export) = Cli::parse_from(&arguments).command else {
+                    unreachable!("it is an export");
+                };
+                export.ranks = Some(Box::leak(Box::new(rank)));
+                std::thread::spawn(move || run_export(&export).unwrap())
+            })
+            .collect();
+        for thread in threads {
+            assert_eq!(thread.join().unwrap(), 0);
+        }
+        assert_eq!(sums(&folder), alone, "{count} ranks");
     }
 }

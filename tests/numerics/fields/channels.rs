@@ -38,8 +38,8 @@ impl Ranks for Channels {
     }
 }
 
-/// Calls `work` once for each of `count` ranks, all at the same time; what they return, in their order.
-pub fn with_ranks<R: Send>(count: usize, work: impl Fn(&Channels) -> R + Sync) -> Vec<R> {
+/// So many ranks, in their order.
+pub fn ranks(count: usize) -> Vec<Channels> {
     let mut ranks: Vec<Channels> = (0..count)
         .map(|rank| Channels {
             rank,
@@ -55,9 +55,14 @@ pub fn with_ranks<R: Send>(count: usize, work: impl Fn(&Channels) -> R + Sync) -
             ranks[receiver].from.push(Mutex::new(from));
         }
     }
+    ranks
+}
+
+/// Calls `work` once for each of `count` ranks, all at the same time; what they return, in their order.
+pub fn with_ranks<R: Send>(count: usize, work: impl Fn(&Channels) -> R + Sync) -> Vec<R> {
     let work = &work;
     thread::scope(|scope| {
-        let threads: Vec<_> = ranks
+        let threads: Vec<_> = ranks(count)
             .into_iter()
             .map(|rank| scope.spawn(move || work(&rank)))
             .collect();
