@@ -5,7 +5,7 @@ use thurible_core::Params;
 use thurible_core::grid::Share;
 use thurible_core::method::registry::reach;
 
-/// Ranks that are few enough for slabs, and planes with which these are thick enough: what blocks save in copies and messages, more of them would lose.
+/// Slabs are taken by up to so many ranks, with so many planes each: blocks would save fewer copies than their additional messages cost.
 const FEW: usize = 8;
 const THICK: usize = 8;
 
@@ -36,6 +36,7 @@ impl Blocks {
         let why = match ranks {
             Some(ranks) if y.checked_mul(z) == Some(ranks) => return Ok(()),
             Some(ranks) => format!("has {y} times {z} blocks, but there are {ranks} ranks; give two numbers with that product"),
+            None if y.checked_mul(z) == Some(1) => return Ok(()),
             None => "is for ranks that share a scene; start `thurible-mpi` by mpirun, give `plan` the number of them by --ranks N, or leave it out".into(),
         };
         Err(Failure::Input(format!("--blocks {y}x{z} {why}")))
@@ -46,6 +47,8 @@ impl Blocks {
 /// many or thin: then in the blocks with the fewest copies.
 pub(crate) fn cut(share: Share, blocks: Option<Blocks>, cells: &[usize], params: &Params) -> Share {
     let beside = match (blocks, cells) {
+        // With two axes rows are planes.
+        (Some(Blocks { z: 1, .. }), &[_, _]) => 1,
         (Some(blocks), _) => blocks.y,
         (None, &[_, y, z]) if share.ranks > FEW || z < THICK * share.ranks => {
             fewest_copies([y, z], share.ranks, reach(params).unwrap_or(share.reach))
@@ -61,12 +64,14 @@ fn fewest_copies([y, z]: [usize; 2], ranks: usize, reach: usize) -> usize {
         let copies = if ranks > 1 { 2 * reach * ranks } else { 0 };
         cells + copies
     };
-    let divides = |beside: &usize| ranks.is_multiple_of(*beside) && *beside < ranks;
     let has_room = |beside: &usize| y >= reach * beside && z >= reach * (ranks / beside);
-    (1..=ranks.max(1))
-        .filter(divides)
+    let pairs = (1..).take_while(|beside| beside * beside <= ranks);
+    pairs
+        .filter(|beside| ranks.is_multiple_of(*beside))
+        .flat_map(|beside| [beside, ranks / beside])
+        .filter(|beside| *beside < ranks)
         .filter(has_room)
-        .min_by_key(|&beside| held(y, beside).saturating_mul(held(z, ranks / beside)))
+        .min_by_key(|&beside| (held(y, beside).saturating_mul(held(z, ranks / beside)), beside))
         .unwrap_or(1)
 }
 

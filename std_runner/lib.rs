@@ -15,9 +15,9 @@ pub use thurible_core;
 
 #[cfg(feature = "std")]
 pub mod address_space;
-#[cfg(feature = "embed")]
+#[cfg(feature = "std")]
 pub mod blocks;
-
+#[cfg(feature = "embed")]
 pub mod bytes;
 #[cfg(feature = "embed")]
 pub mod change;

@@ -64,8 +64,8 @@ impl Ranks for Along<'_> {
     }
 
     fn swap(&self, to: Option<usize>, send: &[u8], from: Option<usize>, receive: &mut [u8]) {
-        let first = self.ranks.rank() - self.line.place * self.line.apart;
-        let [to, from] = [to, from].map(|place| place.map(|place| first + place * self.line.apart));
+        let Line { first, apart, .. } = self.line;
+        let [to, from] = [to, from].map(|place| place.map(|place| first + place * apart));
         self.ranks.swap(to, send, from, receive);
     }
 }

@@ -28,8 +28,6 @@ pub struct Turned<'a, T> {
     fields: [&'a mut [T]; 2],
     /// What is sent and what is received.
     messages: [&'a mut [T]; 2],
-    /// Whether they are dealt out anew between an axis and the one before.
-    turns: [bool; 3],
 }
 
 /// Cells of the whole box.
@@ -102,14 +100,42 @@ struct Deal {
     grid: Grid,
     whole: Grid,
     parts: Parts,
+    /// Cells of the whole box; in slabs of planes x and y are one axis, along which columns are dealt out.
+    n: [usize; 3],
+    /// Columns, or rows, of an axis that stay together.
+    units: [usize; 3],
+    /// Of the ranks along the planes, in blocks, how many have groups of x for themselves on the way along z and y, and of y on the way along x; the others
+    /// have the same groups of other rows or planes.
+    across: [usize; 2],
 }
 
 impl Deal {
     fn new(grid: &Grid) -> Option<Self> {
+        let (whole, parts) = (grid.whole(), grid.parts()?);
+        let is_flat = whole.dims == 3 && parts.rows.is_none();
+        let [x, y, z] = whole.n;
+        let fast = [0, 1, 2].map(|axis| axis < whole.dims && is_fast(whole.axis(axis)));
+        let unit = |fast: bool| if fast { COLUMNS } else { 1 };
+        let units = match (whole.dims, is_flat) {
+            (2, _) => [unit(fast[1]), unit(fast[0]), 1],
+            (_, true) => [unit(fast[2]), 1, whole_groups(fast[0], y)],
+            _ => [unit(fast[1] || fast[2]), unit(fast[0]), 1],
+        };
+        let planes = parts.share.along_planes().count;
+        let across = [(x, units[0]), (y, units[1])].map(|(cells, unit)| {
+            let most = planes.min(cells.div_ceil(unit));
+            (1..=most)
+                .rev()
+                .find(|&across| planes.is_multiple_of(across))
+                .unwrap_or(1)
+        });
         Some(Self {
             grid: *grid,
-            whole: grid.whole(),
-            parts: grid.parts()?,
+            whole,
+            parts,
+            n: if is_flat { [x * y, 1, z] } else { [x, y, z] },
+            units,
+            across,
         })
     }
 
@@ -118,65 +144,104 @@ impl Deal {
         self.whole.dims - 1
     }
 
-    /// The cells of a rank.
-    fn brick(&self, stage: Stage, rank: usize) -> Brick {
-        let (n, share) = (self.whole.n, self.parts.share);
-        let fast = |axis: usize| is_fast(self.whole.axis(axis));
-        let unit = |fast: bool| if fast { COLUMNS } else { 1 };
-        // Rows, or planes, with which groups of columns, or of rows, end where their number in each is this one.
-        let whole = |fast: bool, each: usize| match fast {
-            true => (1..COLUMNS)
-                .find(|count| (count * each).is_multiple_of(COLUMNS))
-                .unwrap_or(COLUMNS),
-            false => 1,
+    /// Whether each rank has whole planes of a box of three axes.
+    fn is_flat(&self) -> bool {
+        self.whole.dims == 3 && self.parts.rows.is_none()
+    }
+
+    /// Whether groups of what is transformed together along an axis end with each row of another one.
+    fn in_groups(&self, axis: usize, other: usize) -> bool {
+        !is_fast(self.whole.axis(axis)) || self.whole.n[other].is_multiple_of(COLUMNS)
+    }
+
+    /// The cells of a rank; where none is named, a brick from the begin on that is as large as any of theirs along each axis.
+    fn brick(&self, stage: Stage, rank: Option<usize>) -> Brick {
+        let (n, share) = (self.n, self.parts.share);
+        let piece = |total: usize, unit: usize, place: Option<usize>, count: usize| match place {
+            Some(place) => cut(total, unit, place, count),
+            None => 0..(total.div_ceil(unit).div_ceil(count.max(1)) * unit).min(total),
         };
-        let among = |axis: usize, unit: usize| cut(n[axis], unit, rank, share.ranks);
-        let beside = share.beside.max(1);
-        let along_rows = |axis: usize| cut(n[axis], 1, rank % beside, beside);
-        // Groups of an axis for the ranks along the planes, and a part of another range for each of those that have the same ones: there may be more ranks.
-        let along_planes = |axis: usize, unit: usize, other: Range<usize>| {
-            let (place, count) = (rank / beside, share.ranks / beside);
-            let most = count.min(n[axis].div_ceil(unit));
-            let across = (1..=most).rev().find(|&across| count.is_multiple_of(across));
-            let across = across.unwrap_or(1);
-            let part = cut(other.len(), 1, place / across, count / across);
-            let groups = cut(n[axis], unit, place % across, across);
+        let among = |axis: usize, unit: usize| piece(n[axis], unit, rank, share.ranks);
+        let (beside, planes) = (share.beside.max(1), share.along_planes().count);
+        let row = rank.map(|rank| rank % beside);
+        // Groups of an axis, and a part of another range for each of those who have the same ones.
+        let groups = |axis: usize, across: usize, other: Range<usize>| {
+            let place = rank.map(|rank| rank / beside);
+            let part = place.map(|place| place / across);
+            let part = piece(other.len(), 1, part, planes / across);
+            let groups = piece(
+                n[axis],
+                self.units[axis],
+                place.map(|place| place % across),
+                across,
+            );
             [groups, other.start + part.start..other.start + part.end]
         };
-        let held = |axis: usize| self.grid.of_rank(axis, rank);
+        let held = |axis: usize| match (rank, self.parts.rows) {
+            (Some(rank), _) => self.held(axis, rank),
+            (None, rows) => {
+                let part = if axis == self.last() {
+                    Some(self.parts.planes)
+                } else {
+                    rows
+                };
+                part.filter(|_| axis > 0 && self.grid.part_along(axis).is_some())
+                    .map_or(0..n[axis], |part| {
+                        0..n[axis].div_ceil(part.line.count) + part.layers[0] + part.layers[1]
+                    })
+            }
+        };
+        let of_planes = || piece(n[2], 1, row, beside);
         let [x, y, z] = n.map(|n| 0..n);
-        let blocks = self.parts.rows.is_some();
-        let in_groups = |axis: usize, other: usize| !fast(axis) || n[other].is_multiple_of(COLUMNS);
+        let [of_x, of_y] = self.across;
         Brick::of(match (stage, self.whole.dims) {
             (Stage::Held, _) => [0, 1, 2].map(held),
-            (Stage::Rows, _) => [along_rows(0), y, held(2)],
-            (Stage::Along(1), 2) => [among(0, unit(fast(1))), y, z],
-            (Stage::Along(_), 2) => [x, among(1, unit(fast(0))), z],
-            (Stage::Along(2), _) if blocks && in_groups(2, 0) => {
-                let [x, y] = along_planes(0, unit(fast(1) || fast(2)), held(1));
+            (Stage::Rows, _) => [piece(n[0], 1, row, beside), y, held(2)],
+            (Stage::Along(1), 2) => [among(0, self.units[0]), y, z],
+            (Stage::Along(_), 2) => [x, among(1, self.units[1]), z],
+            (Stage::Along(2), _) if self.is_flat() => [among(0, self.units[0]), y, z],
+            (Stage::Along(_), _) if self.is_flat() => [x, y, among(2, self.units[2])],
+            (Stage::Along(2), _) if self.in_groups(2, 0) => {
+                let [x, y] = groups(0, of_x, held(1));
                 [x, y, z]
             }
-            (Stage::Along(2), _) => [x, among(1, whole(fast(2), n[0])), z],
-            (Stage::Along(1), _) if blocks => {
-                let [x, z] = along_planes(0, unit(fast(1) || fast(2)), along_rows(2));
+            (Stage::Along(2), _) => [x, among(1, whole_groups(true, n[0])), z],
+            (Stage::Along(1), _) => {
+                let [x, z] = groups(0, of_x, of_planes());
                 [x, y, z]
             }
-            (Stage::Along(0), _) if blocks && in_groups(0, 1) => {
-                let [y, z] = along_planes(1, unit(fast(0)), along_rows(2));
+            (Stage::Along(_), _) if self.in_groups(0, 1) => {
+                let [y, z] = groups(1, of_y, of_planes());
                 [x, y, z]
             }
-            (Stage::Along(_), _) => [x, y, among(2, whole(fast(0), n[1]))],
+            (Stage::Along(_), _) => [x, y, among(2, whole_groups(true, n[1]))],
         })
+    }
+
+    /// What a rank has of an axis of the box.
+    fn held(&self, axis: usize, rank: usize) -> Range<usize> {
+        if self.is_flat() && axis < 2 {
+            0..self.n[axis]
+        } else {
+            self.grid.of_rank(axis, rank)
+        }
     }
 
     /// The cells of this rank, and where they are in a field.
     fn placed(&self, stage: Stage) -> Placed {
-        let brick = self.brick(stage, self.parts.share.rank);
-        match stage {
-            Stage::Held => Placed {
+        let brick = self.brick(stage, Some(self.parts.share.rank));
+        let own = [0, 1, 2].map(|axis| self.grid.own(axis).start);
+        let [x, y, z] = self.grid.n;
+        match (stage, self.is_flat()) {
+            (Stage::Held, true) => Placed {
                 brick,
-                first: [0, 1, 2].map(|axis| self.grid.own(axis).start),
-                n: self.grid.n,
+                first: [0, 0, own[2]],
+                n: [x * y, 1, z],
+            },
+            (Stage::Held, false) => Placed {
+                brick,
+                first: own,
+                n: [x, y, z],
             },
             _ => Placed {
                 brick,
@@ -186,15 +251,19 @@ impl Deal {
         }
     }
 
+    /// This rank's cells along each axis of the box on the way along one of them.
+    fn along(&self, axis: usize) -> [usize; 3] {
+        let n = self.placed(Stage::Along(axis)).n;
+        if self.is_flat() && axis < 2 {
+            [self.whole.n[0], self.whole.n[1], n[2]]
+        } else {
+            n
+        }
+    }
+
     /// Whether a field is dealt out anew between an axis and the one before.
     fn turns(&self, axis: usize) -> bool {
-        let ranks = 0..self.parts.share.ranks;
-        let of = |axis| {
-            ranks
-                .clone()
-                .map(move |rank| self.brick(Stage::Along(axis), rank))
-        };
-        axis.checked_sub(1).is_some_and(|before| !of(axis).eq(of(before)))
+        axis > 0 && (axis == self.last() || !self.is_flat())
     }
 
     /// All turns, and in which of two fields each ends; those on the way back are these from their end.
@@ -206,26 +275,34 @@ impl Deal {
             at = 1 - at;
             each([Stage::Along(axis), Stage::Along(axis - 1)], at);
         }
-        if self.parts.rows.is_some() {
-            each([Stage::Held, Stage::Rows], 0);
-        }
     }
 
-    /// Elements of both fields and of both messages.
-    fn lens(&self) -> [[usize; 2]; 2] {
-        let Self { parts, .. } = self;
-        let (mut fields, mut messages) = ([0; 2], [0; 2]);
-        self.each_turn(|[from, to], at| {
-            let own = [from, to].map(|stage| self.brick(stage, parts.share.rank));
+    /// Elements of both fields, and of a message, for all turns or those to an axis alone.
+    fn lens(&self, is_alone: bool) -> ([usize; 2], usize) {
+        let (mut fields, mut message) = ([0; 2], 0);
+        let mut add = |[from, to]: [Stage; 2], at: usize| {
+            let own = [from, to].map(|stage| self.brick(stage, Some(self.parts.share.rank)));
             fields[at] = own[1].len().max(fields[at]);
-            for rank in 0..parts.share.ranks {
-                // On the way back they are received.
-                let theirs = [from, to].map(|stage| self.brick(stage, rank));
-                let most = own[0].meet(&theirs[1]).len().max(own[1].meet(&theirs[0]).len());
-                messages = messages.map(|len: usize| len.max(most));
+            // On the way back they are received.
+            for (own, theirs) in [(own[0], to), (own[1], from)] {
+                let most = self.brick(theirs, None).extent();
+                let meet = own
+                    .extent()
+                    .into_iter()
+                    .zip(most)
+                    .map(|(own, most)| own.min(most));
+                message = meet.product::<usize>().max(message);
             }
-        });
-        [fields, messages]
+        };
+        if is_alone {
+            add([Stage::Held, Stage::Along(self.last())], 0);
+            if self.parts.rows.is_some() {
+                add([Stage::Held, Stage::Rows], 0);
+            }
+        } else {
+            self.each_turn(add);
+        }
+        (fields, message)
     }
 
     /// Deals `count` fields out anew.
@@ -241,8 +318,8 @@ impl Deal {
         let lens = [source, target].map(|placed| placed.n.iter().product::<usize>());
         for shift in 0..all {
             let (whom, whose) = ((rank + shift) % all, (rank + all - shift) % all);
-            let theirs = source.brick.meet(&self.brick(after, whom));
-            let mine = target.brick.meet(&self.brick(before, whose));
+            let theirs = source.brick.meet(&self.brick(after, Some(whom)));
+            let mine = target.brick.meet(&self.brick(before, Some(whose)));
             if theirs.len() + mine.len() == 0 {
                 continue;
             }
@@ -268,17 +345,36 @@ impl Deal {
     }
 }
 
+/// The fewest rows (or planes) of so many columns (or rows) each that hold whole groups of those that a fast transform takes together.
+fn whole_groups(is_fast: bool, each: usize) -> usize {
+    if !is_fast {
+        return 1;
+    }
+    (1..COLUMNS)
+        .find(|count| (count * each).is_multiple_of(COLUMNS))
+        .unwrap_or(COLUMNS)
+}
+
 impl<'a, T: Real> Turned<'a, T> {
-    /// Takes its workspace for `fields` fields of cells of `grid` from a pool.
+    /// Takes its workspace for [`Self::multiply`] of `fields` fields of cells of `grid` from a pool.
     pub fn carve(grid: &Grid, fields: usize, pool: &mut Pool<'a, T>) -> Self {
-        let Some(deal) = Deal::new(grid) else {
+        let of_deal = Deal::new(grid).map(|deal| deal.lens(false));
+        Self::of_lens(of_deal, fields, pool)
+    }
+
+    /// Takes that for [`Self::along`].
+    pub fn carve_along(grid: &Grid, pool: &mut Pool<'a, T>) -> Self {
+        let of_deal = Deal::new(grid).map(|deal| deal.lens(true));
+        Self::of_lens(of_deal, 2, pool)
+    }
+
+    fn of_lens(lens: Option<([usize; 2], usize)>, fields: usize, pool: &mut Pool<'a, T>) -> Self {
+        let Some((of_fields, message)) = lens else {
             return Self::default();
         };
-        let [of_fields, of_messages] = deal.lens();
         pool.line("turned for transforms: fields twice, messages", |pool| Self {
             fields: of_fields.map(|len| pool.take("fields", fields * len)),
-            messages: of_messages.map(|len| pool.take("message", len)),
-            turns: core::array::from_fn(|axis| deal.turns(axis)),
+            messages: [(); 2].map(|()| pool.take("message", message)),
         })
     }
 
@@ -298,9 +394,8 @@ impl<'a, T: Real> Turned<'a, T> {
         let (ranks, count) = (exec.ranks(), fields.len() / grid.cells().max(1));
         let (last, messages) = (deal.last(), &mut self.messages);
         let [mut now, mut next] = self.fields.each_mut().map(|field| &mut **field);
-        let brick = |axis: usize| deal.brick(Stage::Along(axis), deal.parts.share.rank);
         let along = |axis: usize, direction: Direction, fields: &mut [T], scratch: &mut [T]| {
-            let n = brick(axis).extent();
+            let n = deal.along(axis);
             let of_axis = (&spectrum.axes[axis], n.iter().take(axis).product());
             each(work, (count, n), fields, scratch, |field, scratch| {
                 along_columns(&Serial, of_axis, direction, field, scratch);
@@ -314,7 +409,7 @@ impl<'a, T: Real> Turned<'a, T> {
         );
         for axis in (1..=last).rev() {
             along(axis, Direction::Analysis, now, scratch);
-            if self.turns[axis] {
+            if deal.turns(axis) {
                 let stages = [axis, axis - 1].map(Stage::Along);
                 deal.turn(
                     (ranks, count),
@@ -325,8 +420,7 @@ impl<'a, T: Real> Turned<'a, T> {
                 core::mem::swap(&mut now, &mut next);
             }
         }
-        let rows = brick(0);
-        let n = rows.extent();
+        let (rows, n) = (deal.placed(Stage::Along(0)).brick, deal.along(0));
         each(work, (count, n), now, scratch, |field, scratch| {
             let symbol = |row: usize, span: Range<usize>, old: &[T], new: &mut [T]| {
                 let [y, z] = [rows.low[1] + row % n[1].max(1), rows.low[2] + row / n[1].max(1)];
@@ -335,7 +429,7 @@ impl<'a, T: Real> Turned<'a, T> {
             along_rows(&Serial, &spectrum.axes[0], field, scratch, symbol);
         });
         for axis in 1..=last {
-            if self.turns[axis] {
+            if deal.turns(axis) {
                 let stages = [axis - 1, axis].map(Stage::Along);
                 deal.turn(
                     (ranks, count),
@@ -359,7 +453,7 @@ impl<'a, T: Real> Turned<'a, T> {
     }
 
     /// Calls `work` with the rank's columns of `from` along an axis that ranks share, so many side by side and slab after slab, and with room for what they
-    /// become in `to`; the copies of what other ranks have are right then. It is to have been carved for two fields.
+    /// become in `to`; the copies of what other ranks have are right then. It is to have been [carved for that](Self::carve_along).
     pub fn along(
         &mut self,
         exec: &dyn Exec,

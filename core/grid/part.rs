@@ -3,7 +3,7 @@
 //!
 //! The grid of a rank has the copies among its cells and ends there as at a wall: rows of copies are computed as all others, with what is wrong
 //! where they would read further, and [`borders`](crate::field::borders) overwrites them by what their owner has. Nothing that is the rank's own
-//! reads further than the copies reach. Layers outside of open ends are among the planes of the first and the last rank.
+//! reads further than the copies reach. Layers outside of open ends are among the planes, or rows, of the first and the last rank.
 
 use super::{Axis, Boundary, Grid, Parts, Share, Side};
 use crate::exec::ranks::{Along, Ranks, refresh, tell};

@@ -22,7 +22,7 @@
 
 use core::ops::Range;
 
-/// Planes on either side that a rank has copies of, where its method reads no further than transport does.
+/// Planes, and in blocks rows, on either side that a rank has copies of, where its method reads no further than transport does.
 pub const REACH: usize = 2;
 
 /// `total` cut into pieces of `unit`, of which a rank has about as many as another.
@@ -53,8 +53,8 @@ pub struct Share {
     /// How many of them share the rows of the same planes, side by side along the axis before the last: 1 where each has whole planes. It divides their
     /// number.
     pub beside: usize,
-    /// Planes on either side that a rank has copies of: as far as the method reads, which a plan knows. It is also the fewest planes that a rank may
-    /// have, so that its neighbours' copies are of nobody else.
+    /// Planes, and in blocks rows, on either side that a rank has copies of: as far as the method reads, which a plan knows. It is also the fewest that a
+    /// rank may have, so that its neighbours' copies are of nobody else.
     pub reach: usize,
 }
 
@@ -81,8 +81,9 @@ impl Share {
     pub fn along_planes(self) -> Line {
         let beside = self.beside.max(1);
         Line {
+            first: self.rank % beside,
             place: self.rank / beside,
-            count: self.ranks / beside,
+            count: (self.ranks / beside).max(1),
             apart: beside,
         }
     }
@@ -92,6 +93,7 @@ impl Share {
     pub fn along_rows(self) -> Line {
         let count = self.beside.max(1);
         Line {
+            first: self.rank / count * count,
             place: self.rank % count,
             count,
             apart: 1,
@@ -102,6 +104,8 @@ impl Share {
 /// Ranks one behind the other along an axis, as one of them sees them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Line {
+    /// The rank at its begin.
+    pub first: usize,
     /// Its place among them, from 0.
     pub place: usize,
     /// How many there are.
@@ -247,6 +251,16 @@ impl Strips {
                 apart,
                 count,
             }
+        }
+    }
+
+    /// As many values, where they lie one after the other from the first place on.
+    #[must_use]
+    pub fn packed(self) -> Self {
+        Self {
+            first: 0,
+            apart: self.len,
+            ..self
         }
     }
 

@@ -77,7 +77,7 @@ pub trait Contract<'m, T: Real, S: Space> {
         false
     }
 
-    /// Planes beside its own that a rank needs copies of, or `None` where ranks cannot share it.
+    /// Planes, or rows, beside its own that a rank needs copies of, or `None` where ranks cannot share it.
     fn reach(params: &Params) -> Option<usize>
     where
         Self: Sized,

@@ -88,7 +88,7 @@ macro_rules! define {
             }
         }
 
-        /// Planes beside its own that a rank needs copies of, or `None` where ranks cannot share the method.
+        /// Planes, or rows, beside its own that a rank needs copies of, or `None` where ranks cannot share the method.
         #[must_use]
         pub fn reach(params: &Params) -> Option<usize> {
             match params.method {
@@ -138,7 +138,7 @@ pub fn resolved<'p>(problem: &Problem<'p>, params: &Params) -> Problem<'p> {
     }
 }
 
-/// The problem with as many copies of neighbours' planes as the method reads, where ranks share it.
+/// The problem with as many copies of neighbours' planes and rows as the method reads, where ranks share it.
 #[must_use]
 pub fn with_copies<'p>(problem: &Problem<'p>, params: &Params) -> Problem<'p> {
     let share = problem.share.map(|share| Share {

@@ -70,7 +70,7 @@ pub fn scratch_len<S: Space>(grid: &Grid, slots: usize, memory: SmootherMemory) 
     own_ring_len::<S>(grid, slots, memory.split) + local::scratch_len::<S>(slots, memory.lanes)
 }
 
-/// One smoothing of all colours; where ranks share the grid they exchange planes after each.
+/// One smoothing of all colours; where ranks share the grid they exchange copies after each.
 pub fn sweep<T: Real, S: Space>(
     exec: &dyn Exec,
     level: &mut LevelMut<'_, T>,

@@ -15,7 +15,7 @@ use crate::grid::taps::Transfer;
 use crate::grid::{Grid, Space};
 use crate::real::Real;
 
-/// Planes beside its own that a rank needs copies of. A coarse plane of its own collects residuals from up to three fine planes below the rank's, where
+/// Planes, or rows, beside its own that a rank needs copies of. A coarse plane of its own collects residuals from up to three fine planes below the rank's, where
 /// the axis is odd, since the grids are not dealt out at the same places then. A residual reads one plane further; and on the lowest
 /// faces of the copies stands 0.
 pub const REACH: usize = 5;

@@ -63,7 +63,7 @@ pub struct SceneMut<'a, T> {
     pub fields: &'a mut [T],
 }
 
-/// Planes on either side that a rank needs copies of where scenes pass between grids of any length: one more than where every axis halves.
+/// Planes, or rows, on either side that a rank needs copies of where scenes pass between grids of any length: one more than where every axis halves.
 pub const REACH: usize = 3;
 
 /// Numbers of scratch that one thread needs to pass fields of so many slots to and from the grids below `fine`.

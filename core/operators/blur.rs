@@ -70,7 +70,11 @@ impl<'a, T: Real> Blur<'a, T> {
             spectrum: (!solids.there()).then(|| hierarchy.spectrum(level)),
             work: [(); 2].map(|()| pool.take("field", Self::work_len(grid, solids))),
             // Among solid cells a Gaussian goes from columns to other ones.
-            turned: Turned::carve(grid, if solids.there() { 2 } else { 1 }, pool),
+            turned: if solids.there() {
+                Turned::carve_along(grid, pool)
+            } else {
+                Turned::carve(grid, 1, pool)
+            },
             scratch: pool.take("rows", Self::scratch_len(grid, solids, metric.filters, threads)),
         })
     }

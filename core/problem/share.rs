@@ -61,7 +61,7 @@ impl fmt::Display for ShareError {
             ),
             Self::Thin { ranks, planes, least } => write!(
                 f,
-                "{ranks} ranks share {planes} planes of cells; each needs at least {least}, so take {} ranks at most",
+                "{ranks} ranks one behind the other share {planes} planes of cells; each needs at least {least}, so take {} of them at most",
                 planes / (*least).max(1)
             ),
             Self::Narrow { ranks, rows, least } => write!(

@@ -1,6 +1,6 @@
 //! What the ranks of a solve tell each other beside what the numerics exchange: what is to be done, and their parts of fields.
 //!
-//! Rank 0 is given whole fields and gives whole fields, in the layout of a file; every rank keeps its own planes of them. Before it does anything
+//! Rank 0 is given whole fields and gives whole fields, in the layout of a file; every rank keeps its own part of them. Before it does anything
 //! that takes them all it tells the others its verb.
 
 use super::layout::{FileLayout, of_rank, put_solids};
@@ -85,7 +85,7 @@ const _: () = {
 pub(super) struct Shared<'m, T> {
     pub ranks: Option<&'m dyn Ranks>,
     pub piece: &'m mut [T],
-    /// Which cells are solid, in the layout of a file: of the whole box in the first rank, and in the others of their own planes; none where there is no
+    /// Which cells are solid, in the layout of a file: of the whole box in the first rank, and in the others of their own part; none where there is no
     /// room for any.
     pub solid: &'m mut [u8],
 }
@@ -132,17 +132,18 @@ pub(super) fn solid_len(grid: &Grid) -> usize {
     }
 }
 
-/// Sends another rank its piece of what the first one has, plane after plane of it.
-fn send_piece<P: Plain>(ranks: &dyn Ranks, rank: usize, piece: Strips, all: &[P]) {
-    piece
+/// Sends a rank some strips of values, one after the other.
+fn send_strips<P: Plain>(ranks: &dyn Ranks, to: usize, strips: Strips, values: &[P]) {
+    strips
         .ranges()
-        .for_each(|range| swap(ranks, Some(rank), part(all, range), None, &mut []));
+        .for_each(|range| swap(ranks, Some(to), part(values, range), None, &mut []));
 }
 
-/// Receives what [`send_piece`] sends, as one.
-fn take_piece<P: Plain>(ranks: &dyn Ranks, piece: Strips, own: &mut [P]) {
-    own.chunks_mut(piece.len.max(1))
-        .for_each(|strip| swap(ranks, None, &[], Some(0), strip));
+/// Receives what [`send_strips`] sends, which may be elsewhere here.
+fn take_strips<P: Plain>(ranks: &dyn Ranks, from: usize, strips: Strips, values: &mut [P]) {
+    strips
+        .ranges()
+        .for_each(|range| swap(ranks, None, &[], Some(from), part_mut(values, range)));
 }
 
 impl<T: Real> Shared<'_, T> {
@@ -161,9 +162,9 @@ impl<T: Real> Shared<'_, T> {
         let piece = |rank| piece_of(&grid, None, rank);
         if ranks.rank() == 0 {
             let solid = &*self.solid;
-            (1..ranks.count()).for_each(|rank| send_piece(ranks, rank, piece(rank), solid));
+            (1..ranks.count()).for_each(|rank| send_strips(ranks, rank, piece(rank), solid));
         } else {
-            take_piece(ranks, piece(ranks.rank()), &mut *self.solid);
+            take_strips(ranks, 0, piece(ranks.rank()).packed(), &mut *self.solid);
         }
         put_solids(ranks, levels, self.solid);
     }
@@ -247,12 +248,12 @@ impl<T: Real> Shared<'_, T> {
         };
         let piece = |rank| piece_of(grid, axis, rank);
         if ranks.rank() == 0 {
-            (1..ranks.count()).for_each(|rank| send_piece(ranks, rank, piece(rank), given));
+            (1..ranks.count()).for_each(|rank| send_strips(ranks, rank, piece(rank), given));
             layout.first_of_whole().write_slot(given, unit, field, slot);
         } else {
             let piece = piece(ranks.rank());
             let own = part_mut(self.piece, 0..piece.total());
-            take_piece(ranks, piece, own);
+            take_strips(ranks, 0, piece.packed(), own);
             layout.write_slot(own, unit, field, slot);
         }
     }
@@ -272,10 +273,7 @@ impl<T: Real> Shared<'_, T> {
         out.fill(T::ZERO);
         own(&layout.first_of_whole(), out);
         for rank in 1..ranks.count() {
-            let piece = piece_of(grid, axis, rank);
-            piece
-                .ranges()
-                .for_each(|range| swap(ranks, None, &[], Some(rank), part_mut(out, range)));
+            take_strips(ranks, rank, piece_of(grid, axis, rank), out);
         }
     }
 
@@ -289,8 +287,7 @@ impl<T: Real> Shared<'_, T> {
             let piece = piece_of(grid, axis, ranks.rank());
             let out = part_mut(self.piece, 0..piece.total());
             own(&FileLayout::of(grid, axis), out);
-            out.chunks(piece.len.max(1))
-                .for_each(|strip| swap(ranks, Some(0), strip, None, &mut []));
+            send_strips(ranks, 0, piece.packed(), out);
         }
     }
 }

@@ -45,7 +45,7 @@ fn origins<T: Real>(grid: &Grid, velocity: Velocity<'_, T>, tau: f64, at: [usize
         let low = |[x, y, z]: [usize; 3]| velocity.low(grid.n[0], axis, grid.row(y, z))[x].to_f64();
         let v = 0.5 * (low(at) + grid.beside(at, axis, Side::High).map_or(0.0, low));
         // Places are those in the whole box, so that every rank that shares it rounds alike.
-        let first = grid.first(axis);
+        let first = grid.in_whole(axis, at[axis]) as isize - at[axis] as isize;
         let place = (at[axis] as isize + first) as f64 - tau * v / grid.h[axis];
         let (place, moves) = grid.whole_axis(axis).nearest_point(place);
         let low = libm::floor(place);

@@ -57,8 +57,7 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
             interrupt: &interrupt,
             ranks,
         };
-        run.steps(&folder, steps, request.staggered)
-            .map_err(|error| Failure::File(error.to_string()))?;
+        run.steps(&folder, steps, request.staggered).map_err(failure)?;
         return Ok(DONE);
     }
     let ranks = request.ranks.unwrap_or(&Alone);
@@ -103,7 +102,7 @@ struct Run<'a, 'm> {
 impl Run<'_, '_> {
     /// Writes `steps`, or those before the user asked to stop, the first at least; of those that are written a rank every so many-th.
     fn steps(
-        self,
+        mut self,
         folder: &Path,
         steps: RangeInclusive<usize>,
         staggered: bool,
@@ -112,20 +111,18 @@ impl Run<'_, '_> {
         let (mut next, mut largest) = (first, 0.0_f64);
         while next <= end && (next == first || !self.is_to_stop()) {
             let step = next + self.ranks.rank();
-            if step <= end {
-                let frame = self.source.frame(step, staggered).map_err(OutputError::Source)?;
-                largest = frame.density.iter().copied().fold(largest, f64::max);
-                for sink in self.sinks.iter_mut() {
-                    sink.step(folder, self.source, &frame)?;
-                }
-            }
+            let written = if step <= end {
+                self.step(folder, step, staggered)
+            } else {
+                Ok(0.0)
+            };
+            largest = largest.max(self.all_of(written)?);
             for step in next..=end.min(next + count - 1) {
                 self.display.event("step", json!({ "step": step }));
                 self.display.piece(step - first + 1, &format!("step {step}"));
             }
             next += count;
         }
-        // Nobody goes on before all have written theirs.
         let largest = joined(self.ranks, largest, f64::max);
         let depth = 0.25 * self.source.said.length * largest;
         Ok(Written {
@@ -133,6 +130,36 @@ impl Run<'_, '_> {
             largest,
             shader: if depth > 0.0 { OPAQUE / depth } else { 1.0 },
         })
+    }
+
+    /// Writes a step; its largest density.
+    fn step(&mut self, folder: &Path, step: usize, staggered: bool) -> Result<f64, OutputError> {
+        let frame = self.source.frame(step, staggered).map_err(OutputError::Source)?;
+        for sink in self.sinks.iter_mut() {
+            sink.step(folder, self.source, &frame)?;
+        }
+        Ok(frame.density.iter().copied().fold(0.0, f64::max))
+    }
+
+    /// What this rank has, when all have theirs, or what went wrong in one of them: no rank writes any more then.
+    fn all_of(&self, own: Result<f64, OutputError>) -> Result<f64, OutputError> {
+        let rank = self.ranks.rank();
+        let failed = own.as_ref().map_or(rank as f64 + 1.0, |_| 0.0);
+        let failed = joined(self.ranks, failed, f64::max) as usize;
+        let Some(whose) = failed.checked_sub(1) else {
+            return own;
+        };
+        if whose == rank && self.ranks.count() == 1 {
+            return own;
+        }
+        let said = own
+            .err()
+            .map_or(String::new(), |error| failure(error).to_string());
+        let said = told(self.ranks, whose, said.into_bytes());
+        let said = String::from_utf8_lossy(&said).into_owned();
+        Err(OutputError::Source(Failure::File(format!(
+            "rank {whose}: {said}"
+        ))))
     }
 
     /// Whether the user asked the first rank to stop.
@@ -143,21 +170,39 @@ impl Run<'_, '_> {
     }
 }
 
+/// How an export ends that could not be written.
+fn failure(error: OutputError) -> Failure {
+    match error {
+        OutputError::Source(failure) => failure,
+        other => Failure::File(other.to_string()),
+    }
+}
+
+/// The bytes that rank `whose` has.
+fn told(ranks: &dyn Ranks, whose: usize, mut bytes: Vec<u8>) -> Vec<u8> {
+    let mut len = [bytes.len()];
+    tell(ranks, whose, &mut len);
+    bytes.resize(len[0], 0);
+    tell(ranks, whose, &mut bytes);
+    bytes
+}
+
 /// Tells the other ranks where the first one writes.
 fn tell_folder(ranks: &dyn Ranks, folder: &Path) -> Result<(), OutputError> {
     let folder = std::path::absolute(folder).map_err(OutputError::of(folder))?;
-    let mut name = folder.into_os_string().into_encoded_bytes();
-    tell(ranks, 0, &mut [name.len()]);
-    tell(ranks, 0, &mut name);
+    let name = folder.into_os_string().into_string().map_err(|name| {
+        let name = name.display();
+        OutputError::Source(Failure::Input(format!(
+            "{name} is no name in UTF-8, by which ranks know a folder; export into another one with -o DIR"
+        )))
+    });
+    told(ranks, 0, name?.into_bytes());
     Ok(())
 }
 
 /// Where the first rank writes, which has to be a folder here too.
 fn the_folder(ranks: &dyn Ranks) -> Result<PathBuf, Failure> {
-    let mut len = [0];
-    tell(ranks, 0, &mut len);
-    let mut name = vec![0; len[0]];
-    tell(ranks, 0, &mut name);
+    let name = told(ranks, 0, Vec::new());
     let folder = PathBuf::from(String::from_utf8_lossy(&name).into_owned());
     if folder.is_dir() {
         return Ok(folder);

@@ -714,6 +714,13 @@ fn steered_in_blocks() {
         ..STEERED_BLOCKS
     };
     open.ranks_agree::<f64, D3>(&[6]);
+    let traced = Case {
+        ends: &[W, P, P],
+        scheme: Scheme::SemiLagrangian,
+        more: &[],
+        ..STEERED_BLOCKS
+    };
+    traced.ranks_agree::<f64, D3>(&[4]);
     // Of coarser grids ranks have blocks, or all of each where they have too few rows or planes.
     NESTED_BLOCKS.ranks_agree::<f32, D3>(&[4, 8]);
     let flat = Case {
@@ -1107,12 +1114,19 @@ fn other_schemes() {
         (Scheme::SemiLagrangian, &[W, W]),
         (Scheme::SemiLagrangian, &[P, P]),
     ] {
-        Case {
+        let simulated = Case {
             scheme,
             ends,
             ..QUICK_2D
-        }
-        .ranks_agree::<f64, D2>(&[2, 3]);
+        };
+        simulated.ranks_agree::<f64, D2>(&[2, 3]);
+        // What comes from behind the seam of a ring counts for the gradient too.
+        let steered = Case {
+            steered: true,
+            steps: 5,
+            ..simulated
+        };
+        steered.ranks_agree::<f64, D2>(&[2, 3]);
     }
 }
 
@@ -1287,7 +1301,7 @@ fn what_ranks_cannot_share_is_refused() {
         (4, 4, "smaller"),
         (0, 4, "0 beside each other"),
         (6, 12, "11 rows of cells; each needs at least 2, so put 5"),
-        (2, 12, "6 ranks share 10 planes"),
+        (2, 12, "6 ranks one behind the other share 10 planes"),
     ] {
         let problem = BLOCKS.problem(Some(Share::new(0, ranks).in_blocks(beside)));
         let error = Plan::new::<f32, D3>(&problem, &simulate()).unwrap_err();

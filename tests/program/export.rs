@@ -12,6 +12,7 @@ use thurible::commands::export::run as run_export;
 use zip::write::SimpleFileOptions;
 
 #[path = "../numerics/fields/channels.rs"]
+#[expect(dead_code, reason = "the numerics' tests take all of it")]
 mod channels;
 
 /// Exports what must end well.
