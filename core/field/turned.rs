@@ -123,7 +123,7 @@ impl Deal {
         };
         let planes = parts.share.along_planes().count;
         let across = [(x, units[0]), (y, units[1])].map(|(cells, unit)| {
-            let most = planes.min(cells.div_ceil(unit));
+            let most = planes.min(cells.div_ceil(unit.max(1)));
             (1..=most)
                 .rev()
                 .find(|&across| planes.is_multiple_of(across))
@@ -159,13 +159,14 @@ impl Deal {
         let (n, share) = (self.n, self.parts.share);
         let piece = |total: usize, unit: usize, place: Option<usize>, count: usize| match place {
             Some(place) => cut(total, unit, place, count),
-            None => 0..(total.div_ceil(unit).div_ceil(count.max(1)) * unit).min(total),
+            None => 0..(total.div_ceil(unit.max(1)).div_ceil(count.max(1)) * unit).min(total),
         };
         let among = |axis: usize, unit: usize| piece(n[axis], unit, rank, share.ranks);
         let (beside, planes) = (share.beside.max(1), share.along_planes().count);
         let row = rank.map(|rank| rank % beside);
         // Groups of an axis, and a part of another range for each of those who have the same ones.
         let groups = |axis: usize, across: usize, other: Range<usize>| {
+            let across = across.max(1);
             let place = rank.map(|rank| rank / beside);
             let part = place.map(|place| place / across);
             let part = piece(other.len(), 1, part, planes / across);

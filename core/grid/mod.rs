@@ -29,6 +29,7 @@ pub use crate::memory::Share;
 pub use geometry::Axis;
 
 use crate::memory::Parts;
+use crate::memory::part::Cut;
 use crate::words::named;
 
 mod sealed {
@@ -128,7 +129,7 @@ pub struct Grid {
     /// How each axis ends: see [`geometry`].
     ends: [Boundary; 3],
     /// Which part of a box it is: see [`part`].
-    parts: Option<Parts>,
+    cut: Option<Cut>,
 }
 
 impl Grid {
@@ -140,13 +141,13 @@ impl Grid {
         let ends = core::array::from_fn(|a| boundary.get(a).copied().unwrap_or_default());
         let h = [1.0 / largest as f64; 3];
         let dims = cells.len();
-        let parts = None;
+        let cut = None;
         Self {
             dims,
             n,
             h,
             ends,
-            parts,
+            cut,
         }
         .with_inside(n)
     }

@@ -7,7 +7,7 @@
 
 use super::{Axis, Boundary, Grid, Parts, Share, Side};
 use crate::exec::ranks::{Along, Ranks, refresh, tell};
-use crate::memory::part::{Line, Part, Strips, slab};
+use crate::memory::part::{Cut, Line, Part, Strips, Whole, slab};
 use crate::memory::{Held, Plain};
 use core::ops::Range;
 
@@ -18,28 +18,17 @@ impl Grid {
         let Some(share) = share.filter(|share| share.ranks > 1) else {
             return self;
         };
-        let part = |axis: usize, line: Line| Part {
-            line,
-            reach: share.reach,
-            planes: self.n[axis],
-            ring: self.axis(axis).is_ring(),
-            layers: self.layers_at_ends(axis),
-        };
-        let last = self.dims - 1;
-        let parts = Parts {
-            share,
-            planes: part(last, share.along_planes()),
-            rows: (share.beside > 1).then(|| part(last - 1, share.along_rows())),
+        let whole = |before: usize| {
+            let axis = self.dims - before.min(self.dims);
+            let line = self.axis(axis);
+            Whole::new(line.cells(), line.is_ring(), self.layers_at_ends(axis))
         };
         let mut own = Self {
-            parts: Some(parts),
+            cut: Some(Cut::new(share, [whole(1), whole(2)])),
             ..self
         };
-        for (axis, part) in [
-            (Some(last), Some(parts.planes)),
-            (last.checked_sub(1), parts.rows),
-        ] {
-            if let (Some(axis), Some(part)) = (axis, part) {
+        for axis in 0..self.dims {
+            if let Some(part) = own.part_along(axis) {
                 (own.n[axis], own.ends[axis]) = (part.held(), Boundary::Wall);
             }
         }
@@ -55,24 +44,24 @@ impl Grid {
     #[inline]
     #[must_use]
     pub fn is_part(&self) -> bool {
-        self.parts.is_some()
+        self.cut.is_some()
     }
 
     /// Which parts this one has, where other ranks have others.
     #[inline]
     #[must_use]
     pub fn parts(&self) -> Option<Parts> {
-        self.parts
+        self.cut.map(Cut::parts)
     }
 
     /// Which part of an axis this is, where other ranks have others.
     #[inline]
     #[must_use]
     pub fn part_along(&self, axis: usize) -> Option<Part> {
-        let parts = self.parts?;
+        let cut = self.cut?;
         match self.dims - axis.min(self.dims) {
-            1 => Some(parts.planes),
-            2 => parts.rows,
+            1 => Some(cut.planes()),
+            2 => cut.rows(),
             _ => None,
         }
     }
@@ -80,10 +69,10 @@ impl Grid {
     /// The whole box.
     #[must_use]
     pub fn whole(&self) -> Self {
-        if self.parts.is_none() {
+        if self.cut.is_none() {
             return *self;
         }
-        let mut whole = Self { parts: None, ..*self };
+        let mut whole = Self { cut: None, ..*self };
         for axis in 0..self.dims {
             let line = self.whole_axis(axis);
             (whole.n[axis], whole.ends[axis]) = (line.cells(), line.ends());
@@ -127,9 +116,9 @@ impl Grid {
     #[must_use]
     pub fn own_rows(&self, plane: usize) -> Range<usize> {
         let rows = self.rows_per_plane();
-        let own = match self.parts.and_then(|parts| parts.rows) {
-            Some(part) => part.own(),
-            None => 0..rows,
+        let own = match self.cut {
+            Some(_) if self.dims == 3 => self.own(1),
+            _ => 0..rows,
         };
         plane * rows + own.start..plane * rows + own.end
     }
@@ -162,7 +151,7 @@ impl Grid {
     #[inline]
     #[must_use]
     pub fn in_whole(&self, axis: usize, i: usize) -> usize {
-        if self.parts.is_none() {
+        if self.cut.is_none() {
             return i;
         }
         let cells = self.whole_axis(axis).cells().max(1) as isize;

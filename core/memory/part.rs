@@ -217,6 +217,98 @@ impl Parts {
     }
 }
 
+/// How a box is cut, of which a grid is a part, in few bytes: there are many grids.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cut {
+    rank: u32,
+    ranks: u32,
+    beside: u32,
+    reach: u32,
+    planes: Whole,
+    rows: Whole,
+}
+
+/// An axis of a whole box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Whole {
+    cells: u32,
+    ring: bool,
+    layers: [bool; 2],
+}
+
+/// A number of cells or ranks; one that is larger is refused before anything is made of it.
+fn short(number: usize) -> u32 {
+    u32::try_from(number).unwrap_or(u32::MAX)
+}
+
+impl Whole {
+    /// One of so many cells, a ring or with a layer outside before its low end or behind its high one.
+    #[must_use]
+    pub fn new(cells: usize, ring: bool, layers: [usize; 2]) -> Self {
+        Self {
+            cells: short(cells),
+            ring,
+            layers: layers.map(|layers| layers > 0),
+        }
+    }
+
+    fn part(self, line: Line, reach: u32) -> Part {
+        Part {
+            line,
+            reach: reach as usize,
+            planes: self.cells as usize,
+            ring: self.ring,
+            layers: self.layers.map(usize::from),
+        }
+    }
+}
+
+impl Cut {
+    /// That of a rank of a box with this last axis and this one before it.
+    #[must_use]
+    pub fn new(share: Share, [planes, rows]: [Whole; 2]) -> Self {
+        Self {
+            rank: short(share.rank),
+            ranks: short(share.ranks),
+            beside: short(share.beside),
+            reach: short(share.reach),
+            planes,
+            rows,
+        }
+    }
+
+    fn share(self) -> Share {
+        Share {
+            rank: self.rank as usize,
+            ranks: self.ranks as usize,
+            beside: self.beside as usize,
+            reach: self.reach as usize,
+        }
+    }
+
+    /// The planes of the rank.
+    #[must_use]
+    pub fn planes(self) -> Part {
+        self.planes.part(self.share().along_planes(), self.reach)
+    }
+
+    /// Its rows of them; `None` where it has whole planes.
+    #[must_use]
+    pub fn rows(self) -> Option<Part> {
+        (self.beside > 1).then(|| self.rows.part(self.share().along_rows(), self.reach))
+    }
+
+    /// Both.
+    #[must_use]
+    pub fn parts(self) -> Parts {
+        Parts {
+            share: self.share(),
+            planes: self.planes(),
+            rows: self.rows(),
+        }
+    }
+}
+
 /// Values of a field that lie side by side in each of several planes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Strips {
