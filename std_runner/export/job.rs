@@ -8,7 +8,7 @@ use super::{fga, npz, volume, vti, zarr};
 use crate::bytes::{are_free, rounded};
 use crate::console;
 use crate::destination::Destination;
-use crate::exit::{DONE, Failure, INTERRUPTED};
+use crate::exit::{DONE, Failure, INPUT, INTERRUPTED};
 use crate::interrupt::Interrupt;
 use crate::output::{OutputError, write_bytes};
 use crate::plan::size_in_words;
@@ -152,14 +152,17 @@ impl Run<'_, '_> {
         if whose == rank && self.ranks.count() == 1 {
             return own;
         }
-        let said = own
-            .err()
-            .map_or(String::new(), |error| failure(error).to_string());
+        let own = own.err().map(failure);
+        let code = told(self.ranks, whose, vec![own.as_ref().map_or(0, Failure::code)]);
+        let said = own.map_or(String::new(), |failure| failure.to_string());
         let said = told(self.ranks, whose, said.into_bytes());
-        let said = String::from_utf8_lossy(&said).into_owned();
-        Err(OutputError::Source(Failure::File(format!(
-            "rank {whose}: {said}"
-        ))))
+        let said = format!("rank {whose}: {}", String::from_utf8_lossy(&said));
+        let kind = if code == [INPUT] {
+            Failure::Input
+        } else {
+            Failure::File
+        };
+        Err(OutputError::Source(kind(said)))
     }
 
     /// Whether the user asked the first rank to stop.
