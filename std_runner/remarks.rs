@@ -58,6 +58,7 @@ pub(crate) fn density<'s, T: Real, S: Space>(solver: &'s Solver<'_, T, S>, step:
 }
 
 /// The mass of the smoke at a step.
+#[cfg(feature = "std")]
 pub(crate) fn mass<T: Real, S: Space>(solver: &Solver<'_, T, S>, step: usize) -> f64 {
     density(solver, step).iter().map(|x| x.to_f64()).sum()
 }
