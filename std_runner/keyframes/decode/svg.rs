@@ -9,6 +9,7 @@ use resvg::usvg::{Fill, Group, ImageHrefResolver, Node, Options, Paint, Stroke, 
 use super::pixels::{Pixels, Samples};
 use super::room::{check, most};
 use crate::bytes::grouped;
+use crate::guard::guarded;
 use crate::keyframes::error::Fault;
 
 /// The drawing within a file of gzip, as `.svgz` are.
@@ -26,7 +27,7 @@ pub(super) fn unpacked(bytes: &[u8]) -> Result<Vec<u8>, Fault> {
     Ok(drawing)
 }
 
-/// Pixels from the page beyond which nothing may reach: the library's numbers overflow there, and it ends the whole program.
+/// Pixels from the page beyond which nothing may reach, and the largest page: the library's numbers overflow there, and it ends the whole program.
 const FARTHEST: f32 = 1e6;
 
 /// Pixels of a pattern's tile that are drawn in any case; four pages are too. The library draws each tile as a whole, however little of it is seen.
@@ -42,9 +43,14 @@ pub(super) fn read(bytes: &[u8], side: usize) -> Result<Pixels, Fault> {
         ..Options::default()
     };
     let remedy = "save it as plain SVG";
-    let tree = Tree::from_data(bytes, &options)
-        .map_err(|error| Fault::content(format!("cannot be read as SVG ({error})"), remedy))?;
+    let fails = || Fault::content("makes the library fail that draws it", remedy);
+    let tree = guarded(|| Tree::from_data(bytes, &options)).ok_or_else(fails)?;
+    let tree = tree.map_err(|error| Fault::content(format!("cannot be read as SVG ({error})"), remedy))?;
     let (width, height) = (tree.size().width(), tree.size().height());
+    if !(width.max(height) <= FARTHEST) {
+        let found = format!("has a page of {width} x {height} units, of which {FARTHEST} are the most");
+        return Err(Fault::content(found, "write a smaller width, height or viewBox"));
+    }
     let scale = side as f32 / width.max(height);
     let pixels = |length: f32| ((length * scale).round() as usize).max(1);
     let (columns, rows) = (pixels(width), pixels(height));
@@ -66,7 +72,7 @@ pub(super) fn read(bytes: &[u8], side: usize) -> Result<Pixels, Fault> {
     check(columns, rows, 4 * columns * rows, usize::MAX)?;
     let map = Pixmap::new(columns as u32, rows as u32);
     let mut map = map.ok_or_else(|| Fault::content("has no size", remedy))?;
-    resvg::render(&tree, stretch, &mut map.as_mut());
+    guarded(|| resvg::render(&tree, stretch, &mut map.as_mut())).ok_or_else(fails)?;
     Ok(Pixels {
         width: columns,
         height: rows,
@@ -187,6 +193,38 @@ mod tests {
                 unreachable!("it was drawn");
             };
             assert!(found.contains("tile is larger"), "{found}");
+        }
+    }
+
+    /// A page that is as large as what is drawn on it, where it says no size; and a filter that the library panics at.
+    #[test]
+    fn what_the_library_fails_at_is_refused() {
+        let polygon = |more: &str| format!("<polygon points=\"0,0 9,3 4,9\" {more}/>");
+        for (drawing, said) in [
+            (
+                "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"1e19\" height=\"30\"><path d=\"M1 1L3 3Z\"/></svg>".to_owned(),
+                "has a page of",
+            ),
+            // A width that is none: the page is as large as what is drawn.
+            (
+                format!(
+                    "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"\u{feff}mm\" height=\"30\"><filter id=\"f\"><feGaussianBlur stdDeviation=\"2\"/></filter><g transform=\"translate(2,3) rotate(15)\" clip-path=\"url(#c)\"><path d=\"M 1 1 C 5 5 9 0 12 12 S 3 3 20 20 q 1 -9223372036854775808 3 4 A 5 5 0 0 1 9 9 Z\" stroke=\"black\" stroke-dasharray=\"2 1\"/></g>{}</svg>",
+                    polygon("filter=\"url(#f)\"")
+                ),
+                "has a page of",
+            ),
+            (
+                format!(
+                    "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"40\" height=\"30\"><filter id=\"f\"><feOffset dx=\"1\" dy=\"18446744073709551615\"/></filter>{}</svg>",
+                    polygon("filter=\"url(#f)\"")
+                ),
+                "makes the library fail",
+            ),
+        ] {
+            let Err(Fault::Content { found, .. }) = read(drawing.as_bytes(), 64) else {
+                unreachable!("it was drawn");
+            };
+            assert!(found.contains(said), "{found}");
         }
     }
 }
