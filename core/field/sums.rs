@@ -37,8 +37,10 @@ pub fn over_rows(ranks: &dyn Ranks, grid: &Grid, totals: &mut [f64], of: impl Fn
     };
     totals.fill(NOTHING);
     let Some(parts) = grid.parts() else {
-        for (which, total) in totals.iter_mut().enumerate() {
-            *total = (0..grid.planes()).fold(*total, |sum, plane| sum + on(NOTHING, plane, which));
+        for plane in 0..grid.planes() {
+            for (which, total) in totals.iter_mut().enumerate() {
+                *total += on(NOTHING, plane, which);
+            }
         }
         return;
     };

@@ -178,20 +178,7 @@ impl Deal {
             );
             [groups, other.start + part.start..other.start + part.end]
         };
-        let held = |axis: usize| match (rank, self.parts.rows) {
-            (Some(rank), _) => self.held(axis, rank),
-            (None, rows) => {
-                let part = if axis == self.last() {
-                    Some(self.parts.planes)
-                } else {
-                    rows
-                };
-                part.filter(|_| axis > 0 && self.grid.part_along(axis).is_some())
-                    .map_or(0..n[axis], |part| {
-                        0..n[axis].div_ceil(part.line.count) + part.layers[0] + part.layers[1]
-                    })
-            }
-        };
+        let held = |axis: usize| self.held(axis, rank);
         let of_planes = || piece(n[2], 1, row, beside);
         let [x, y, z] = n.map(|n| 0..n);
         let [of_x, of_y] = self.across;
@@ -219,12 +206,13 @@ impl Deal {
         })
     }
 
-    /// What a rank has of an axis of the box.
-    fn held(&self, axis: usize, rank: usize) -> Range<usize> {
-        if self.is_flat() && axis < 2 {
-            0..self.n[axis]
-        } else {
-            self.grid.of_rank(axis, rank)
+    /// What a rank has of an axis of the box, or as much as any of them.
+    fn held(&self, axis: usize, rank: Option<usize>) -> Range<usize> {
+        let part = self.grid.part_along(axis);
+        match (part, rank) {
+            (Some(_), Some(rank)) => self.grid.of_rank(axis, rank),
+            (Some(part), None) => 0..part.planes.div_ceil(part.line.count) + part.layers[0] + part.layers[1],
+            (None, _) => 0..self.n[axis],
         }
     }
 
@@ -344,6 +332,21 @@ impl Deal {
             }
         }
     }
+
+    /// Deals fields out anew where they go on from one axis to another, and exchanges those of now with the next ones then.
+    fn go_on<'t, T: Real>(
+        &self,
+        of: (&dyn Ranks, usize),
+        axes: [usize; 2],
+        [now, next]: [&mut &'t mut [T]; 2],
+        messages: &mut [&mut [T]; 2],
+    ) {
+        if self.turns(axes[0].max(axes[1])) {
+            let [from, to] = axes.map(Stage::Along);
+            self.turn(of, (from, &**now), (to, &mut **next), messages);
+            core::mem::swap(now, next);
+        }
+    }
 }
 
 /// The fewest rows (or planes) of so many columns (or rows) each that hold whole groups of those that a fast transform takes together.
@@ -410,16 +413,7 @@ impl<'a, T: Real> Turned<'a, T> {
         );
         for axis in (1..=last).rev() {
             along(axis, Direction::Analysis, now, scratch);
-            if deal.turns(axis) {
-                let stages = [axis, axis - 1].map(Stage::Along);
-                deal.turn(
-                    (ranks, count),
-                    (stages[0], &*now),
-                    (stages[1], &mut *next),
-                    messages,
-                );
-                core::mem::swap(&mut now, &mut next);
-            }
+            deal.go_on((ranks, count), [axis, axis - 1], [&mut now, &mut next], messages);
         }
         let (rows, n) = (deal.placed(Stage::Along(0)).brick, deal.along(0));
         each(work, (count, n), now, scratch, |field, scratch| {
@@ -430,16 +424,7 @@ impl<'a, T: Real> Turned<'a, T> {
             along_rows(&Serial, &spectrum.axes[0], field, scratch, symbol);
         });
         for axis in 1..=last {
-            if deal.turns(axis) {
-                let stages = [axis - 1, axis].map(Stage::Along);
-                deal.turn(
-                    (ranks, count),
-                    (stages[0], &*now),
-                    (stages[1], &mut *next),
-                    messages,
-                );
-                core::mem::swap(&mut now, &mut next);
-            }
+            deal.go_on((ranks, count), [axis - 1, axis], [&mut now, &mut next], messages);
             along(axis, Direction::Synthesis, now, scratch);
         }
         deal.turn(

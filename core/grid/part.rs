@@ -116,10 +116,7 @@ impl Grid {
     #[must_use]
     pub fn own_rows(&self, plane: usize) -> Range<usize> {
         let rows = self.rows_per_plane();
-        let own = match self.cut {
-            Some(_) if self.dims == 3 => self.own(1),
-            _ => 0..rows,
-        };
+        let own = if self.dims == 3 { self.own(1) } else { 0..rows };
         plane * rows + own.start..plane * rows + own.end
     }
 
