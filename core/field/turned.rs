@@ -334,11 +334,11 @@ impl Deal {
     }
 
     /// Deals fields out anew where they go on from one axis to another, and exchanges those of now with the next ones then.
-    fn go_on<'t, T: Real>(
+    fn go_on<T: Real>(
         &self,
         of: (&dyn Ranks, usize),
         axes: [usize; 2],
-        [now, next]: [&mut &'t mut [T]; 2],
+        [now, next]: [&mut &mut [T]; 2],
         messages: &mut [&mut [T]; 2],
     ) {
         if self.turns(axes[0].max(axes[1])) {

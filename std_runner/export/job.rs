@@ -47,42 +47,30 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
         )));
     }
     let mut sinks = sinks(request, &source, &manner, *steps.start())?;
-    if let Some(ranks) = request.ranks.filter(|ranks| ranks.rank() > 0) {
-        let folder = the_folder(ranks)?;
-        let (display, interrupt) = (Display::new(Mode::Quiet, 0), Interrupt::listen()?);
-        let run = Run {
-            sinks: &mut sinks,
-            source: &mut source,
-            display: &display,
-            interrupt: &interrupt,
-            ranks,
-        };
-        run.steps(&folder, steps, request.staggered).map_err(failure)?;
-        return Ok(DONE);
-    }
-    let ranks = request.ranks.unwrap_or(&Alone);
     let parts: Vec<PathBuf> = sinks.iter().flat_map(|sink| sink.parts()).collect();
+    let ranks = request.ranks.unwrap_or(&Alone);
+    let follows = ranks.rank() > 0;
+    let mode = if follows { Mode::Quiet } else { request.mode };
+    let (display, interrupt) = (Display::new(mode, steps.clone().count()), Interrupt::listen()?);
+    let mut run = Run {
+        sinks: &mut sinks,
+        source: &mut source,
+        display: &display,
+        interrupt: &interrupt,
+        ranks,
+    };
+    if follows {
+        let written = run.steps(&the_folder(ranks)?, steps, request.staggered);
+        return written.map(|_| DONE).map_err(failure);
+    }
     let mut destination = Destination::check_for(&request.folder, MARK, vec![MARK.into()])?;
-    let (display, interrupt) = (
-        Display::new(request.mode, steps.clone().count()),
-        Interrupt::listen()?,
-    );
-    announce(request, &source, &display, [bytes, steps.clone().count()]);
+    announce(request, run.source, &display, [bytes, steps.clone().count()]);
     let stays = |file: &Path| !parts.iter().any(|part| file.starts_with(part));
     let written = destination.exchange(&stays, |folder| {
-        let run = Run {
-            sinks: &mut sinks,
-            source: &mut source,
-            display: &display,
-            interrupt: &interrupt,
-            ranks,
-        };
         tell_folder(ranks, folder)?;
         let written = run.steps(folder, steps.clone(), request.staggered)?;
-        for sink in &mut sinks {
-            sink.finish(folder, &mut source, written.steps.clone())?;
-        }
-        let facts = facts(request, &manner, &source, &written);
+        run.finish(folder, &written)?;
+        let facts = facts(request, &manner, run.source, &written);
         write_bytes(&folder.join(MARK), format!("{facts:#}\n").as_bytes())?;
         Ok(written)
     });
@@ -102,7 +90,7 @@ struct Run<'a, 'm> {
 impl Run<'_, '_> {
     /// Writes `steps`, or those before the user asked to stop, the first at least; of those that are written a rank every so many-th.
     fn steps(
-        mut self,
+        &mut self,
         folder: &Path,
         steps: RangeInclusive<usize>,
         staggered: bool,
@@ -132,6 +120,13 @@ impl Run<'_, '_> {
         })
     }
 
+    /// Writes what is said of all steps, which are there.
+    fn finish(&mut self, folder: &Path, written: &Written) -> Result<(), OutputError> {
+        self.sinks
+            .iter_mut()
+            .try_for_each(|sink| sink.finish(folder, self.source, written.steps.clone()))
+    }
+
     /// Writes a step; its largest density.
     fn step(&mut self, folder: &Path, step: usize, staggered: bool) -> Result<f64, OutputError> {
         let frame = self.source.frame(step, staggered).map_err(OutputError::Source)?;
@@ -143,15 +138,14 @@ impl Run<'_, '_> {
 
     /// What this rank has, when all have theirs, or what went wrong in one of them: no rank writes any more then.
     fn all_of(&self, own: Result<f64, OutputError>) -> Result<f64, OutputError> {
-        let rank = self.ranks.rank();
-        let failed = own.as_ref().map_or(rank as f64 + 1.0, |_| 0.0);
+        if self.ranks.count() == 1 {
+            return own;
+        }
+        let failed = own.as_ref().map_or(self.ranks.rank() as f64 + 1.0, |_| 0.0);
         let failed = joined(self.ranks, failed, f64::max) as usize;
         let Some(whose) = failed.checked_sub(1) else {
             return own;
         };
-        if whose == rank && self.ranks.count() == 1 {
-            return own;
-        }
         let own = own.err().map(failure);
         let code = told(self.ranks, whose, vec![own.as_ref().map_or(0, Failure::code)]);
         let said = own.map_or(String::new(), |failure| failure.to_string());
