@@ -16,6 +16,8 @@ pub use thurible_core;
 #[cfg(feature = "std")]
 pub mod address_space;
 #[cfg(feature = "std")]
+mod among;
+#[cfg(feature = "std")]
 pub mod blocks;
 #[cfg(feature = "embed")]
 pub mod bytes;

@@ -2,7 +2,9 @@
 
 use super::error::SavedError;
 use super::label::{FORMAT, HEAD, Label, MAGIC};
-use super::{Broken, Damaged, Record, Sink, Source};
+use super::record::Record;
+use super::{Broken, Damaged, Sink, Source};
+use crate::exec::Ranks;
 
 /// What has a state that can be saved as plain bytes and gone on from.
 pub trait Resumable {
@@ -20,6 +22,11 @@ pub trait Resumable {
 
     /// Passes over all fields.
     fn fields(&mut self, record: &mut Record<'_>);
+
+    /// The ranks that share it, if there are others.
+    fn ranks(&self) -> Option<&dyn Ranks> {
+        None
+    }
 
     /// A whole state was taken.
     fn taken(&mut self) {}
@@ -88,7 +95,7 @@ pub fn restore_from(one: &mut dyn Resumable, source: &mut dyn Source) -> Result<
 }
 
 /// Whether bytes with this head, of which so many are given, are a state of this one.
-fn accept(one: &dyn Resumable, head: &[u8; HEAD], given: usize) -> Result<(), SavedError> {
+pub(super) fn accept(one: &dyn Resumable, head: &[u8; HEAD], given: usize) -> Result<(), SavedError> {
     let expected = one.saved_bytes();
     let length = SavedError::Length { expected, given };
     match Label::of(head).ok_or(length)? {

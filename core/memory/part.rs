@@ -157,6 +157,26 @@ impl Part {
         self.of(self.line.place).len() + below + above
     }
 
+    /// The most that any rank has.
+    fn most(self) -> usize {
+        let lens = (0..self.line.count).map(|place| self.of(place).len());
+        lens.max().unwrap_or(0)
+    }
+
+    /// The place of the rank that has a plane of the whole field.
+    fn whose(self, plane: usize) -> usize {
+        let (mut low, mut high) = (0, self.line.count.saturating_sub(1));
+        while low < high {
+            let middle = low.midpoint(high);
+            if self.of(middle).end <= plane {
+                low = middle + 1;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    }
+
     /// The places of the rank that has the planes below those of this one, and of the rank that has those above.
     #[must_use]
     pub fn neighbours(self) -> [Option<usize>; 2] {
@@ -199,21 +219,71 @@ impl Parts {
         self.width(held) * self.planes.planes * self.rows.map_or(1, |rows| rows.planes)
     }
 
-    /// Calls `each` with a rank and how many values come next of it, in the order of a whole field, of which this rank has `held` in memory.
-    pub fn in_order(self, held: usize, mut each: impl FnMut(usize, usize)) {
-        let width = self.width(held);
-        for place in 0..self.planes.line.count {
-            let planes = self.planes.of(place);
-            let Some(rows) = self.rows else {
-                each(place, planes.len() * width);
-                continue;
-            };
-            for _ in planes {
-                (0..rows.line.count).for_each(|beside| {
-                    each(place * rows.line.count + beside, rows.of(beside).len() * width);
-                });
-            }
-        }
+    /// Where those of [`Self::own`] lie in the whole field.
+    #[must_use]
+    pub fn own_of_whole(self, held: usize) -> Strips {
+        let rows = self.rows.map_or(0..1, |rows| rows.of(rows.line.place));
+        let all = 0..self.rows.map_or(1, |rows| rows.planes);
+        let planes = self.planes.of(self.planes.line.place);
+        Strips::of(planes, [rows, all], self.width(held))
+    }
+
+    /// Values of the largest part that a rank has of a whole field.
+    #[must_use]
+    pub fn most(self, whole: usize) -> usize {
+        self.planes.most() * self.rows.map_or(1, Part::most) * self.width_of(whole)
+    }
+
+    /// Values of a row, or of a plane where a rank has all of each, of a whole field.
+    fn width_of(self, whole: usize) -> usize {
+        whole / (self.planes.planes * self.rows.map_or(1, |rows| rows.planes)).max(1)
+    }
+
+    /// Which rank has a value of a whole field, its place among what that one has, and how many follow it in both.
+    #[must_use]
+    pub fn whose(self, whole: usize, index: usize) -> (usize, usize, usize) {
+        let width = self.width_of(whole).max(1);
+        let (row, beside) = (index / width, index % width);
+        let Some(rows) = self.rows else {
+            let place = self.planes.whose(row);
+            let own = self.planes.of(place);
+            let before = row.saturating_sub(own.start) * width + beside;
+            return (place, before, (own.len() * width).saturating_sub(before));
+        };
+        let (plane, row) = (row / rows.planes.max(1), row % rows.planes.max(1));
+        let places = [self.planes.whose(plane), rows.whose(row)];
+        let [planes, own] = [self.planes.of(places[0]), rows.of(places[1])];
+        let before = row.saturating_sub(own.start) * width + beside;
+        let (len, above) = (own.len() * width, plane.saturating_sub(planes.start));
+        let rank = places[0] * rows.line.count + places[1];
+        (rank, above * len + before, len.saturating_sub(before))
+    }
+
+    /// The numbers by which a file of parts knows how a field is cut.
+    #[must_use]
+    pub fn words(self) -> [u64; 3] {
+        let rows = self.rows.map_or(0, |rows| rows.planes);
+        let layers = [Some(self.planes), self.rows].map(|part| part.map_or([0; 2], |part| part.layers));
+        let bits = layers.as_flattened().iter().rev();
+        let layers = bits.fold(0, |bits, &layers| bits << 1 | u64::from(layers > 0));
+        [self.planes.planes as u64, rows as u64, layers]
+    }
+
+    /// Whether a whole field of so many values has rows and planes as these.
+    #[must_use]
+    pub fn are_of(self, whole: usize) -> bool {
+        let rows = self.rows.map_or(1, |rows| rows.planes);
+        let count = self.planes.planes.checked_mul(rows);
+        count.is_some_and(|count| count > 0 && whole.is_multiple_of(count))
+    }
+
+    /// How `share` cuts a field with these numbers, of which nobody has copies.
+    #[must_use]
+    pub fn of_words(share: Share, [planes, rows, layers]: [u64; 3]) -> Self {
+        let cells = |word: u64| usize::try_from(word).unwrap_or(usize::MAX);
+        let layer = |bit: u32| (layers >> bit & 1) as usize;
+        let axis = |word, bit| Whole::new(cells(word), false, [layer(bit), layer(bit + 1)]);
+        Cut::new(Share { reach: 0, ..share }, [axis(planes, 0), axis(rows, 2)]).parts()
     }
 }
 
@@ -323,6 +393,17 @@ pub struct Strips {
 }
 
 impl Strips {
+    /// So many values, one after the other from the first place on.
+    #[must_use]
+    pub fn all(len: usize) -> Self {
+        Self {
+            first: 0,
+            len,
+            apart: len,
+            count: 1,
+        }
+    }
+
     /// Some `planes`, and of each the first of two ranges of rows, of `width` values, where it has the second one; all in one where these are the same.
     #[must_use]
     pub fn of(planes: Range<usize>, [rows, all]: [Range<usize>; 2], width: usize) -> Self {

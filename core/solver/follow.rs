@@ -2,6 +2,7 @@
 
 use super::Solver;
 use super::shared::Verb;
+use crate::checkpoint::{self, PartStore};
 use crate::exec::ranks::tell;
 use crate::exec::{Exec, Ranks};
 use crate::grid::Space;
@@ -31,8 +32,8 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
         self.shared.ask(Verb::End, [0; 3]);
     }
 
-    /// Does what the first rank is asked for, until that dismisses.
-    pub fn follow(&mut self, exec: &dyn Exec) {
+    /// Does what the first rank is asked for, until that dismisses; parts of states are in `store`.
+    pub fn follow(&mut self, exec: &dyn Exec, store: &mut dyn PartStore) {
         while let Some(ranks) = self.shared.ranks {
             let mut words = [0; 4];
             tell(ranks, 0, &mut words);
@@ -71,8 +72,12 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
                 Some(Verb::Price) => {
                     self.objective_of(exec, a, b);
                 }
-                Some(Verb::Save) => self.send_state(),
-                Some(Verb::Restore) => self.receive_state(),
+                Some(Verb::Save) => {
+                    let _ = checkpoint::save_parts(self, store);
+                }
+                Some(Verb::Restore) => {
+                    let _ = checkpoint::restore_parts(self, store);
+                }
                 Some(Verb::End) | None => return,
             }
         }

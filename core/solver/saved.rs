@@ -1,8 +1,9 @@
 //! Saving a solver and going on from what was saved.
 
+use super::shared::Verb;
 use super::{SavedError, Solver};
-use crate::checkpoint::{self, Buffers, Damaged, HEAD, Record, Resumable, Sink, Source};
-use crate::exec::ranks::tell;
+use crate::checkpoint::{self, Buffers, Damaged, PartStore, Record, Refused, Resumable, Sink, Source};
+use crate::exec::Ranks;
 use crate::grid::Space;
 use crate::memory::Layout;
 use crate::real::Real;
@@ -51,28 +52,23 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
 }
 
 impl<T: Real, S: Space> Solver<'_, T, S> {
-    /// Sends the first rank what this one has of the state.
-    pub(super) fn send_state(&mut self) {
-        let mut record = Record::send();
-        // A state that fits the head of the first rank's fits this one's.
-        let _ = self.scalars(&mut record);
-        self.fields(&mut record);
+    /// Saves the state that ranks share, each its part: the first one calls this, and the others, who [follow](Self::follow), do the same with their `store`.
+    ///
+    /// # Errors
+    /// [`Refused`]: the store says why.
+    pub fn save_parts(&mut self, store: &mut dyn PartStore) -> Result<(), Refused> {
+        self.shared.ask(Verb::Save, [0; 3]);
+        checkpoint::save_parts(self, store)
     }
 
-    /// Takes this rank's part of the state that the first one reads.
-    pub(super) fn receive_state(&mut self) {
-        let mut head = [0; HEAD];
-        if let Some(ranks) = self.shared.ranks {
-            tell(ranks, 0, &mut head);
-        }
-        let mut record = Record::receive(head);
-        // The first one has checked them.
-        let _ = self.scalars(&mut record);
-        self.fields(&mut record);
-        match record.ended() {
-            Ok(()) => self.taken(),
-            Err(_) => self.spoil(),
-        }
+    /// Goes on from what any number of ranks saved, or one program: the first one calls this, and the others, if there are any, do the same with their
+    /// `store`.
+    ///
+    /// # Errors
+    /// [`SavedError`].
+    pub fn restore_parts(&mut self, store: &mut dyn PartStore) -> Result<(), SavedError> {
+        self.shared.ask(Verb::Restore, [0; 3]);
+        checkpoint::restore_parts(self, store)
     }
 }
 
@@ -104,9 +100,7 @@ impl<T: Real, S: Space> Resumable for Solver<'_, T, S> {
     }
 
     fn fields(&mut self, record: &mut Record<'_>) {
-        let mut shared = core::mem::take(&mut self.shared);
-        let among = shared.pass(record);
-        let mut buffers = Buffers::new(record, among);
+        let mut buffers = Buffers::new(record, self.shared.ranks);
         // What is kept is only shown: nothing can be too small.
         let _ = self.engine.get_mut().layout(&mut Layout::kept(&mut buffers));
         if let Some(release) = &mut self.release {
@@ -116,8 +110,10 @@ impl<T: Real, S: Space> Resumable for Solver<'_, T, S> {
         let (count, cells) = (self.fields.len() / grid.cells().max(1), grid.cells());
         let mut layout = Layout::kept(&mut buffers);
         let _ = layout.keep_fields("given densities", &mut self.fields, (count, cells), grid.parts());
-        buffers.end();
-        self.shared = shared;
+    }
+
+    fn ranks(&self) -> Option<&dyn Ranks> {
+        self.shared.ranks
     }
 
     fn taken(&mut self) {

@@ -4,7 +4,6 @@
 //! that takes them all it tells the others its verb.
 
 use super::layout::{FileLayout, of_rank, put_solids};
-use crate::checkpoint::{Among, Record};
 use crate::exec::Ranks;
 use crate::exec::ranks::{Alone, refresh, swap, tell};
 use crate::field::rows::{self, part, part_mut};
@@ -79,8 +78,7 @@ const _: () = {
     }
 };
 
-/// The ranks of a solve, where it is shared, and room for a rank's part of a component of a field: this rank's, or where the first one has that of
-/// another for a checkpoint.
+/// The ranks of a solve, where it is shared, and room for this one's part of a component of a field.
 #[derive(Debug, Default)]
 pub(super) struct Shared<'m, T> {
     pub ranks: Option<&'m dyn Ranks>,
@@ -115,12 +113,12 @@ fn piece_of(grid: &Grid, axis: Option<usize>, rank: usize) -> Strips {
     }
 }
 
-/// Elements of the largest part that any rank has of a component.
+/// Elements of the largest component of this rank's part, which it needs room for where the first one has the whole.
 pub(super) fn piece_len(grid: &Grid) -> usize {
-    let ranks = grid.parts().map_or(0, |parts| parts.share.ranks);
-    let axes = || (0..grid.dims).map(Some).chain([None]);
-    let parts = (0..ranks).flat_map(|rank| axes().map(move |axis| piece_of(grid, axis, rank)));
-    parts.map(Strips::total).max().unwrap_or(0)
+    let rank = grid.parts().map_or(0, |parts| parts.share.rank);
+    let axes = (0..grid.dims).map(Some).chain([None]);
+    let parts = axes.map(|axis| piece_of(grid, axis, rank).total());
+    if rank == 0 { 0 } else { parts.max().unwrap_or(0) }
 }
 
 /// Cells whose flags a rank keeps, where there may be solid ones.
@@ -179,26 +177,6 @@ impl<T: Real> Shared<'_, T> {
         if let Some(ranks) = self.ranks.filter(|ranks| ranks.rank() == 0) {
             tell(ranks, 0, &mut [verb as usize, of[0], of[1], of[2]]);
         }
-    }
-
-    /// The ranks that pass over a state together, after the first one has asked for it; none where there are no others, or where bytes are only
-    /// checked.
-    pub fn pass(&mut self, record: &Record<'_>) -> Option<Among<'_, T>> {
-        let ranks = self.ranks.filter(|_| !record.is_checked())?;
-        let verb = if record.is_read() {
-            Verb::Restore
-        } else {
-            Verb::Save
-        };
-        self.ask(verb, [0; 3]);
-        // The others were told the head before they began to pass over theirs.
-        if record.is_read() && self.is_first() {
-            tell(ranks, 0, &mut record.head());
-        }
-        Some(Among {
-            ranks,
-            piece: self.piece,
-        })
     }
 
     /// What the first rank says.

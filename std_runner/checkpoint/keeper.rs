@@ -2,7 +2,10 @@
 
 use super::inputs::{Input, inputs_of};
 use super::open::{held, make_way, write};
-use super::{Every, Found, Needs, Options, SLOTS, Sealed, Solve, Words, beside, has_states};
+use super::parts::clean;
+use super::{
+    Every, Found, Needs, Options, PartFiles, Place, SLOTS, Saving, Solve, Words, beside, has_states,
+};
 use crate::destination::Destination;
 use crate::exit::Failure;
 use crate::held::remove;
@@ -15,6 +18,8 @@ use std::sync::Arc;
 use std::time::Instant;
 use std::{env, io};
 use thurible_core::checkpoint::Refused;
+use thurible_core::exec::Ranks;
+use thurible_core::grid::Share;
 
 /// Solves that take longer than this are kept without being asked, in seconds.
 const LONG: f64 = 300.0;
@@ -51,6 +56,8 @@ pub(crate) struct Keeper {
     iterations: usize,
     /// Whether the user has heard that a state could not be kept.
     told: bool,
+    /// The ranks that share the solve.
+    ranks: Option<(&'static dyn Ranks, Share)>,
 }
 
 impl Keeper {
@@ -65,6 +72,7 @@ impl Keeper {
         needs: Needs,
         (document, options): (Document, Options),
         begin: Begin<'_>,
+        ranks: Option<(&'static dyn Ranks, Share)>,
     ) -> Result<Self, Failure> {
         let (found, inputs, forced) = match begin {
             Begin::Anew { inputs, forced } => (None, inputs, forced),
@@ -93,6 +101,7 @@ impl Keeper {
             took: 0.0,
             iterations: 0,
             told: false,
+            ranks,
         };
         if every.is_asked_for() {
             keeper.folder()?;
@@ -157,7 +166,7 @@ impl Keeper {
         &mut self,
         watch: &Watch,
         words: &Words,
-        fields: &mut dyn FnMut(&mut Sealed) -> Result<(), Refused>,
+        fields: &mut dyn FnMut(&mut Saving<'_>) -> Result<(), Refused>,
     ) {
         let begun = Instant::now();
         if let Err(failure) = self.write(words, fields)
@@ -176,7 +185,7 @@ impl Keeper {
     fn write(
         &mut self,
         words: &Words,
-        fields: &mut dyn FnMut(&mut Sealed) -> Result<(), Refused>,
+        fields: &mut dyn FnMut(&mut Saving<'_>) -> Result<(), Refused>,
     ) -> Result<(), Failure> {
         self.folder()?;
         let refused = |place: &Path, error: &io::Error| {
@@ -198,13 +207,23 @@ impl Keeper {
             return Ok(());
         };
         solve.number += 1;
+        solve.cut = self.ranks.map(|(_, share)| share.into());
         let slot = SLOTS.get((solve.number % 2) as usize).unwrap_or(&"state");
-        let written = write(&self.place.join(slot), solve, words, fields);
+        let parts = self.ranks.map(|(ranks, _)| {
+            let place = Place {
+                number: solve.number,
+                ..Place::default()
+            };
+            PartFiles::new(Some(ranks), &self.place, place)
+        });
+        let written = write(&self.place.join(slot), (solve, words), parts, fields);
         written.map_err(|error| {
             // The next one takes the same place: the other holds the last whole state.
             solve.number -= 1;
             refused(&self.place, &error)
-        })
+        })?;
+        clean(&self.place, solve.number);
+        Ok(())
     }
 
     /// Keeps the state at the end of a solve whose result could not be written, and says how it is gone on with; `None` where there is no
@@ -214,7 +233,7 @@ impl Keeper {
         &mut self,
         (cut_off, elsewhere): (bool, bool),
         words: &Words,
-        fields: &mut dyn FnMut(&mut Sealed) -> Result<(), Refused>,
+        fields: &mut dyn FnMut(&mut Saving<'_>) -> Result<(), Refused>,
     ) -> Option<PathBuf> {
         if cut_off && let Some(place) = self.kept() {
             return Some(place.to_owned());
@@ -222,7 +241,8 @@ impl Keeper {
         if self.write(words, fields).is_ok() || self.kept().is_some() {
             return Some(self.place.clone());
         }
-        if !elsewhere {
+        // Parts have to be where all machines see them.
+        if !elsewhere || self.ranks.is_some() {
             return None;
         }
         self.forget();

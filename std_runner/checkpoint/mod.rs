@@ -2,13 +2,15 @@
 //!
 //! They are in a folder beside the result, `DIR.checkpoint`, the last two of them: `state.0` and `state.1`, each in one file that is written
 //! under another name, synced and renamed. A file has blocks, each a count of bytes and the bytes: the [`Solve`] as JSON, what the
-//! runner remembers as [`Words`]; then the core's saved state and the fields of windows follow as they are.
+//! runner remembers as [`Words`]; then the core's saved state and the fields of windows follow as they are. Where ranks share a solve each writes its part
+//! of the core's into a file of its own ([`PartFiles`]).
 
 mod every;
 mod inputs;
 mod keeper;
 mod needs;
 mod open;
+mod parts;
 mod sealed;
 mod solve;
 mod words;
@@ -18,6 +20,7 @@ pub(crate) use inputs::inputs_of;
 pub(crate) use keeper::{Begin, Inputs, Keeper};
 pub(crate) use needs::Needs;
 pub(crate) use open::{Found, damaged, is_there, open, read, refuse_states};
+pub(crate) use parts::{PartFiles, Place, Saving};
 pub(crate) use sealed::{Sealed, Unsealed};
 pub(crate) use solve::{Earlier, Options, Solve, unlike_ranks};
 pub(crate) use words::Words;
@@ -34,7 +37,7 @@ const PART: &str = "state.part";
 
 /// Whether a file of a folder of states is a state, or the lock of all: what is neither belongs to what grows.
 pub(crate) fn is_state_or_lock(name: &str) -> bool {
-    SLOTS.contains(&name) || [PART, LOCK].contains(&name)
+    name.starts_with("state.") || name == LOCK
 }
 
 /// The folder of the states of a solve whose result goes to `folder`: beside where that leads, as the user reads it best.

@@ -1,7 +1,8 @@
 //! The states that an earlier run left.
 
+use super::parts::are_whole;
 use super::words::MANY;
-use super::{PART, SLOTS, Sealed, Solve, Unsealed, Words, beside, has_states};
+use super::{PART, PartFiles, SLOTS, Saving, Sealed, Solve, Unsealed, Words, beside, has_states};
 use crate::exit::Failure;
 use crate::held::{LOCK, hold, remove};
 use std::fs::{self, File};
@@ -78,7 +79,13 @@ fn head(slot: &Path) -> io::Result<Option<Solve>> {
     let head = file.block().ok();
     let solve: Option<Solve> = head.and_then(|head| serde_json::from_slice(&head).ok());
     // The states after it are counted on.
-    Ok(solve.filter(|solve| solve.number < MANY))
+    let Some(solve) = solve.filter(|solve| solve.number < MANY) else {
+        return Ok(None);
+    };
+    let is_whole = solve
+        .cut
+        .map_or(Ok(true), |cut| are_whole(slot, solve.number, cut))?;
+    Ok(is_whole.then_some(solve))
 }
 
 /// What the runner remembered in the state at `slot`, and the file where the core's state follows.
@@ -166,17 +173,22 @@ pub(crate) fn make_way(folder: &Path, forced: bool) -> Result<(), Failure> {
     })
 }
 
-/// Writes the state at `slot`: its head, what the runner remembers, and what `fields` adds.
+/// Writes the state at `slot`: its head, what the runner remembers, and what `fields` adds; with their `parts` where ranks share it.
 pub(super) fn write(
     slot: &Path,
-    solve: &Solve,
-    words: &Words,
-    fields: &mut dyn FnMut(&mut Sealed) -> Result<(), Refused>,
+    (solve, words): (&Solve, &Words),
+    mut parts: Option<PartFiles>,
+    fields: &mut dyn FnMut(&mut Saving<'_>) -> Result<(), Refused>,
 ) -> io::Result<()> {
     let head = serde_json::to_vec(solve)?;
     Sealed::write(slot, &slot.with_file_name(PART), &mut |file| {
         file.block(&head)?;
         file.block(words.bytes())?;
-        fields(file)
-    })
+        let parts = parts.take();
+        let mut saving = Saving { file, parts };
+        fields(&mut saving)?;
+        let Saving { file, parts } = saving;
+        parts.map_or(Ok(()), |parts| parts.seal(file))
+    })?;
+    Ok(())
 }

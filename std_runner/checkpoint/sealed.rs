@@ -11,6 +11,8 @@ use thurible_core::checkpoint::{Mix, Refused, Sink, Source};
 const PIECE: usize = 1 << 16;
 /// What such a file begins with: name and format.
 const MAGIC: [u8; 16] = *b"thurible state 1";
+/// Where bytes begin in it.
+pub(super) const BEGIN: u64 = MAGIC.len() as u64;
 /// Bytes of the checksum at the end.
 const SUM: usize = 8;
 
@@ -24,22 +26,24 @@ pub(crate) struct Sealed {
 }
 
 impl Sealed {
-    /// Lets `fill` write the file at `path`, which is whole or as it was; what is under the name `part` meanwhile is removed.
+    /// Lets `fill` write the file at `path`, which is whole or as it was; what is under the name `part` meanwhile is removed. Its checksum.
     pub fn write(
         path: &Path,
         part: &Path,
         fill: &mut dyn FnMut(&mut Self) -> Result<(), Refused>,
-    ) -> io::Result<()> {
-        let written = Self::fill(part, fill).and_then(|()| fs::rename(part, path));
+    ) -> io::Result<u64> {
+        let filled = Self::fill(part, fill);
+        let written = filled.and_then(|sum| fs::rename(part, path).map(|()| sum));
         if written.is_err() {
             // What is left is of no use, and the first error says more than a second one would.
             let _ = fs::remove_file(part);
             return written;
         }
-        path.parent().map_or(Ok(()), sync_folder)
+        path.parent().map_or(Ok(()), sync_folder)?;
+        written
     }
 
-    fn fill(part: &Path, fill: &mut dyn FnMut(&mut Self) -> Result<(), Refused>) -> io::Result<()> {
+    fn fill(part: &Path, fill: &mut dyn FnMut(&mut Self) -> Result<(), Refused>) -> io::Result<u64> {
         let mut sealed = Self {
             file: File::create(part)?,
             piece: Vec::with_capacity(PIECE),
@@ -52,9 +56,10 @@ impl Sealed {
             return Err(sealed.trouble.unwrap_or_else(other));
         }
         sealed.flush()?;
-        let sum = sealed.sum.finish().to_le_bytes();
-        sealed.file.write_all(&sum)?;
-        sealed.file.sync_all()
+        let sum = sealed.sum.finish();
+        sealed.file.write_all(&sum.to_le_bytes())?;
+        sealed.file.sync_all()?;
+        Ok(sum)
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -99,16 +104,18 @@ impl Unsealed {
     /// Opens the file at `path`. `None` where it is not one of ours or is not whole.
     pub fn open(path: &Path) -> io::Result<Option<Self>> {
         let mut file = File::open(path)?;
-        let length = file.metadata()?.len();
-        let Some(left) = length.checked_sub((MAGIC.len() + SUM) as u64) else {
-            return Ok(None);
-        };
-        if !is_whole(&mut file, length - SUM as u64)? {
+        if sum(&mut file)?.is_none() {
             return Ok(None);
         }
-        file.seek(SeekFrom::Start(MAGIC.len() as u64))?;
+        let left = file.metadata()?.len().saturating_sub(BEGIN + SUM as u64);
+        file.seek(SeekFrom::Start(BEGIN))?;
         let file = io::BufReader::with_capacity(PIECE, file);
         Ok(Some(Self { file, left }))
+    }
+
+    /// Where the next byte is in the file.
+    pub fn place(&mut self) -> io::Result<u64> {
+        self.file.stream_position()
     }
 
     /// A count of bytes, and the bytes; no more than there are left.
@@ -132,8 +139,18 @@ impl Source for Unsealed {
     }
 }
 
-/// Whether the first `length` bytes are those that the checksum after them was made of.
-fn is_whole(file: &mut File, length: u64) -> io::Result<bool> {
+/// The checksum of the file at `path`; `None` where it is not one of ours or is not whole.
+pub(super) fn sum_of(path: &Path) -> io::Result<Option<u64>> {
+    sum(&mut File::open(path)?)
+}
+
+fn sum(file: &mut File) -> io::Result<Option<u64>> {
+    let Some(length) = file.metadata()?.len().checked_sub(SUM as u64) else {
+        return Ok(None);
+    };
+    if length < BEGIN {
+        return Ok(None);
+    }
     let (mut sum, mut piece, mut left) = (Mix::new(), vec![0; PIECE], length);
     let mut is_ours = true;
     loop {
@@ -150,7 +167,8 @@ fn is_whole(file: &mut File, length: u64) -> io::Result<bool> {
     }
     let mut said = [0; SUM];
     file.read_exact(&mut said)?;
-    Ok(is_ours && said == sum.finish().to_le_bytes())
+    let sum = sum.finish();
+    Ok(Some(sum).filter(|sum| is_ours && said == sum.to_le_bytes()))
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! What a state belongs to: the scene and the options of its solve, whole enough to go on without the scene's file.
 
 use super::inputs::Input;
+use crate::among::told;
 use crate::exit::Failure;
 use crate::report::ARCHIVE;
 use crate::scene::Document;
@@ -8,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 use thurible_core::exec::Ranks;
-use thurible_core::exec::ranks::tell;
+use thurible_core::grid::Share;
 
 /// A solve, as its states name it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -25,8 +26,56 @@ pub(crate) struct Solve {
     pub assignments: Vec<String>,
     #[serde(flatten)]
     pub options: Options,
+    /// The ranks that have parts of the state, if several shared the solve.
+    pub cut: Option<Cut>,
     inputs: Vec<Input>,
 }
+
+/// How many ranks share a box, and how many of them are beside each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "[usize; 2]", into = "[usize; 2]")]
+pub(crate) struct Cut([usize; 2]);
+
+impl From<Share> for Cut {
+    fn from(share: Share) -> Self {
+        Self([share.ranks, share.beside])
+    }
+}
+
+impl From<Cut> for [usize; 2] {
+    fn from(Cut(numbers): Cut) -> Self {
+        numbers
+    }
+}
+
+impl TryFrom<[usize; 2]> for Cut {
+    type Error = &'static str;
+
+    fn try_from([ranks, beside]: [usize; 2]) -> Result<Self, Self::Error> {
+        let are_some = (2..=MANY).contains(&ranks) && beside > 0 && ranks.is_multiple_of(beside);
+        if are_some {
+            Ok(Self([ranks, beside]))
+        } else {
+            Err("no ranks share a box so")
+        }
+    }
+}
+
+impl Cut {
+    /// How many ranks there are.
+    pub fn ranks(self) -> usize {
+        self.0[0]
+    }
+
+    /// The first of them.
+    pub fn share(self) -> Share {
+        let Self([ranks, beside]) = self;
+        Share::new(0, ranks).in_blocks(beside)
+    }
+}
+
+/// More than any number of ranks.
+const MANY: usize = 1 << 24;
 
 /// A folder in a sentence of a command, and a step of the result in it.
 pub(crate) type Earlier = Option<(String, PathBuf, Option<usize>)>;
@@ -69,6 +118,7 @@ impl Solve {
             text: document.text().into(),
             assignments: document.assignments().map(Into::into).collect(),
             inputs,
+            cut: None,
             options: Options {
                 from: absolute(options.from)?,
                 reference: absolute(options.reference)?,
@@ -79,19 +129,14 @@ impl Solve {
 
     /// Tells the other ranks of it, who have [`Self::heard`].
     pub fn tell(&self, ranks: &dyn Ranks) -> Result<(), Failure> {
-        let mut text = serde_json::to_vec(self).map_err(|_| unlike_ranks())?;
-        tell(ranks, 0, &mut [text.len()]);
-        tell(ranks, 0, &mut text);
+        let text = serde_json::to_vec(self).map_err(|_| unlike_ranks())?;
+        told(ranks, 0, text);
         Ok(())
     }
 
     /// What the first rank goes on with.
     pub fn heard(ranks: &dyn Ranks) -> Result<Self, Failure> {
-        let mut len = [0];
-        tell(ranks, 0, &mut len);
-        let mut text = vec![0; len[0]];
-        tell(ranks, 0, &mut text);
-        serde_json::from_slice(&text).map_err(|_| unlike_ranks())
+        serde_json::from_slice(&told(ranks, 0, Vec::new())).map_err(|_| unlike_ranks())
     }
 
     /// The scene that it began with. One that was changed since, or a file that it names, is refused.

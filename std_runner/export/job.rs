@@ -5,10 +5,11 @@ use super::request::{Format, Request, Written, facts};
 use super::sink::{Manner, Sink, TimeScale};
 use super::source::Source;
 use super::{fga, npz, volume, vti, zarr};
+use crate::among::{agreed, shared_folder};
 use crate::bytes::{are_free, rounded};
 use crate::console;
 use crate::destination::Destination;
-use crate::exit::{DONE, Failure, INPUT, INTERRUPTED};
+use crate::exit::{DONE, Failure, INTERRUPTED};
 use crate::interrupt::Interrupt;
 use crate::output::{OutputError, write_bytes};
 use crate::plan::size_in_words;
@@ -60,14 +61,15 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
         ranks,
     };
     if follows {
-        let written = run.steps(&the_folder(ranks)?, steps, request.staggered);
+        let folder = shared_folder(ranks, Path::new(""))?;
+        let written = run.steps(&folder, steps, request.staggered);
         return written.map(|_| DONE).map_err(failure);
     }
     let mut destination = Destination::check_for(&request.folder, MARK, vec![MARK.into()])?;
     announce(request, run.source, &display, [bytes, steps.clone().count()]);
     let stays = |file: &Path| !parts.iter().any(|part| file.starts_with(part));
     let written = destination.exchange(&stays, |folder| {
-        tell_folder(ranks, folder)?;
+        shared_folder(ranks, folder).map_err(OutputError::Source)?;
         let written = run.steps(folder, steps.clone(), request.staggered)?;
         run.finish(folder, &written)?;
         let facts = facts(request, &manner, run.source, &written);
@@ -141,22 +143,7 @@ impl Run<'_, '_> {
         if self.ranks.count() == 1 {
             return own;
         }
-        let failed = own.as_ref().map_or(self.ranks.rank() as f64 + 1.0, |_| 0.0);
-        let failed = joined(self.ranks, failed, f64::max) as usize;
-        let Some(whose) = failed.checked_sub(1) else {
-            return own;
-        };
-        let own = own.err().map(failure);
-        let code = told(self.ranks, whose, vec![own.as_ref().map_or(0, Failure::code)]);
-        let said = own.map_or(String::new(), |failure| failure.to_string());
-        let said = told(self.ranks, whose, said.into_bytes());
-        let said = format!("rank {whose}: {}", String::from_utf8_lossy(&said));
-        let kind = if code == [INPUT] {
-            Failure::Input
-        } else {
-            Failure::File
-        };
-        Err(OutputError::Source(kind(said)))
+        agreed(self.ranks, own.map_err(failure)).map_err(OutputError::Source)
     }
 
     /// Whether the user asked the first rank to stop.
@@ -173,41 +160,6 @@ fn failure(error: OutputError) -> Failure {
         OutputError::Source(failure) => failure,
         other => Failure::File(other.to_string()),
     }
-}
-
-/// The bytes that rank `whose` has.
-fn told(ranks: &dyn Ranks, whose: usize, mut bytes: Vec<u8>) -> Vec<u8> {
-    let mut len = [bytes.len()];
-    tell(ranks, whose, &mut len);
-    bytes.resize(len[0], 0);
-    tell(ranks, whose, &mut bytes);
-    bytes
-}
-
-/// Tells the other ranks where the first one writes.
-fn tell_folder(ranks: &dyn Ranks, folder: &Path) -> Result<(), OutputError> {
-    let folder = std::path::absolute(folder).map_err(OutputError::of(folder))?;
-    let name = folder.into_os_string().into_string().map_err(|name| {
-        let name = name.display();
-        OutputError::Source(Failure::Input(format!(
-            "{name} is no name in UTF-8, by which ranks know a folder; export into another one with -o DIR"
-        )))
-    });
-    told(ranks, 0, name?.into_bytes());
-    Ok(())
-}
-
-/// Where the first rank writes, which has to be a folder here too.
-fn the_folder(ranks: &dyn Ranks) -> Result<PathBuf, Failure> {
-    let name = told(ranks, 0, Vec::new());
-    let folder = PathBuf::from(String::from_utf8_lossy(&name).into_owned());
-    if folder.is_dir() {
-        return Ok(folder);
-    }
-    Err(Failure::File(format!(
-        "{} is not seen from this machine; export into a folder that all machines share, with -o DIR",
-        folder.display()
-    )))
 }
 
 /// The steps that are asked for.

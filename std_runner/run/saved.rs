@@ -5,7 +5,8 @@ use super::inputs::set_obstacles;
 use super::job::Job;
 use super::request::{Request, RunOptions};
 use crate::checkpoint::{
-    Begin, Every, Found, Inputs, Keeper, Needs, Options, Sealed, Unsealed, Words, damaged, inputs_of, read,
+    Begin, Every, Found, Inputs, Keeper, Needs, Options, PartFiles, Place, Saving, Unsealed, Words, damaged,
+    inputs_of, read,
 };
 use crate::destination::Destination;
 use crate::exit::Failure;
@@ -13,8 +14,10 @@ use crate::problem::{OwnedProblem, Precision};
 use crate::progress::{Clock, Spent, Watch};
 use crate::report::{Facts, IterationRecord, ObjectiveRecord};
 use core::time::Duration;
+use std::io;
 use std::path::Path;
 use thurible_core::checkpoint::{Damaged, Refused, Resumable, restore_from, save_to};
+use thurible_core::exec::Ranks;
 use thurible_core::progress::MAX_FACTS;
 use thurible_core::{Fact, Kind, Named, Objective, Real, SavedError, Solver, Space, Status};
 
@@ -129,9 +132,24 @@ pub(super) fn objective(words: &mut Words, record: &mut ObjectiveRecord) -> Resu
     words.option(&mut record.initial, Words::real)
 }
 
-/// Writes the state of `solver` into a checkpoint.
-pub(crate) fn write(solver: &mut dyn Resumable, file: &mut Sealed) -> Result<(), Refused> {
-    save_to(solver, file).map_err(|_| Refused)
+/// Writes the state of `solver`, which one program has, into a checkpoint.
+pub(crate) fn write(solver: &mut dyn Resumable, saving: &mut Saving<'_>) -> Result<(), Refused> {
+    save_to(solver, saving.file).map_err(|_| Refused)
+}
+
+/// Writes that of a solver that ranks may share.
+pub(crate) fn write_shared<T: Real, S: Space>(
+    solver: &mut Solver<'_, T, S>,
+    saving: &mut Saving<'_>,
+) -> Result<(), Refused> {
+    let Some(parts) = &mut saving.parts else {
+        return write(solver, saving);
+    };
+    let saved = solver.save_parts(parts);
+    if let Some(trouble) = parts.trouble.take() {
+        saving.file.trouble = Some(io::Error::other(trouble));
+    }
+    saved
 }
 
 /// A state that is gone on from: what is left to read of it.
@@ -167,13 +185,39 @@ impl<'a> Reading<'a> {
 
     /// Hands `solver`, which has nothing yet but its solid cells, its state.
     pub fn restore(&mut self, solver: &mut dyn Resumable) -> Result<(), Failure> {
-        restore_from(solver, &mut self.file).map_err(|error| match error {
+        restore_from(solver, &mut self.file).map_err(|error| self.refusal(error))
+    }
+
+    /// The same of a solver that `ranks` may share, or of a state that some did.
+    fn restore_shared<T: Real, S: Space>(
+        &mut self,
+        solver: &mut Solver<'_, T, S>,
+        ranks: Option<&'static dyn Ranks>,
+    ) -> Result<(), Failure> {
+        let (found, solve) = (self.found, &self.found.solve);
+        if ranks.is_none() && solve.cut.is_none() {
+            return self.restore(solver);
+        }
+        let name = found.slot.file_name().unwrap_or_default();
+        let place = Place {
+            number: solve.number,
+            slot: name.to_string_lossy().into_owned(),
+            begin: self.file.place().map_err(|_| self.damaged())?,
+            cut: solve.cut,
+        };
+        let mut parts = PartFiles::new(ranks, self.folder(), place);
+        let taken = solver.restore_parts(&mut parts);
+        taken.map_err(|error| parts.trouble.map_or_else(|| self.refusal(error), Failure::File))
+    }
+
+    fn refusal(&self, error: SavedError) -> Failure {
+        match error {
             SavedError::OtherSolve => Failure::Input(format!(
                 "the state in {} is of another scene, precision, method or choice than what was kept with it; this is a fault of thurible, please report it",
                 self.found.place.display()
             )),
             _ => self.damaged(),
-        })
+        }
     }
 }
 
@@ -208,7 +252,7 @@ impl KeptSolve<'_> {
     pub fn keeper(
         &self,
         request: &Request,
-        options: &RunOptions,
+        run: &RunOptions,
         destination: &Destination,
         began_with: Option<Inputs>,
     ) -> Result<Keeper, Failure> {
@@ -220,7 +264,7 @@ impl KeptSolve<'_> {
             ceiling: self.ceiling,
             folder: destination.folder().to_owned(),
             shown: request.folder.clone(),
-            images: options.outputs.images,
+            images: run.outputs.images,
             from: request.from.as_ref().map(origin),
             reference: request.reference.as_ref().map(origin),
         };
@@ -242,6 +286,7 @@ impl KeptSolve<'_> {
                     forced: request.forced,
                 },
             },
+            run.several().zip(self.problem.share),
         )
     }
 
@@ -277,6 +322,6 @@ impl Job {
         solver: &mut Solver<'_, T, S>,
     ) -> Result<(), Failure> {
         set_obstacles(&self.request.scene, solver, &mut Vec::new())?;
-        reading.restore(solver)
+        reading.restore_shared(solver, self.options.several())
     }
 }

@@ -29,6 +29,11 @@ pub(crate) fn unshared(scene: &Scene) -> Result<(), Failure> {
 }
 
 impl RunOptions {
+    /// The ranks that share a scene, where there are several.
+    pub(crate) fn several(&self) -> Option<&'static dyn Ranks> {
+        self.ranks.filter(|ranks| ranks.count() > 1)
+    }
+
     /// Whether this program follows another one.
     pub(crate) fn follows(&self) -> bool {
         self.ranks.is_some_and(|ranks| ranks.rank() > 0)

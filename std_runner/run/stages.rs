@@ -3,7 +3,7 @@
 
 use super::inputs::solver_refusal;
 use super::job::Job;
-use crate::checkpoint::unlike_ranks;
+use crate::checkpoint::{PartFiles, unlike_ranks};
 use crate::exit::Failure;
 use crate::plan::Planned;
 use crate::problem::OwnedProblem;
@@ -157,6 +157,7 @@ impl Job {
         exec: &dyn Exec,
         block: &mut [MaybeUninit<u8>],
     ) -> Result<(), Failure> {
+        let mut states = PartFiles::following(self.options.ranks);
         loop {
             let words = self.said(OVER);
             if words == OVER {
@@ -165,7 +166,9 @@ impl Job {
             let stage = Stage::of_words(words).and_then(|stage| stage.of(&self.planned));
             let (problem, params) = stage.ok_or_else(unlike_ranks)?;
             let solver = self.solver::<T, S>(&problem, &params, block);
-            solver.map_err(|error| solver_refusal(&error))?.follow(exec);
+            solver
+                .map_err(|error| solver_refusal(&error))?
+                .follow(exec, &mut states);
         }
     }
 }

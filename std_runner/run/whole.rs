@@ -76,9 +76,9 @@ impl Job {
         if let Err(failure) = filled {
             watch.display.close();
             let how = (ended == Status::Cancelled, true);
-            let kept = remembered
-                .ok()
-                .and_then(|()| keeper.keep_end(how, &words, &mut |file| saved::write(solver, file)));
+            let kept = remembered.ok().and_then(|()| {
+                keeper.keep_end(how, &words, &mut |saving| saved::write_shared(solver, saving))
+            });
             return Err(messages::unwritten(failure, kept.as_deref()));
         }
         Ok(Solved {
@@ -115,7 +115,7 @@ impl Job {
                             if self.device_failure().is_some() {
                                 return;
                             }
-                            keeper.keep(watch, &words, &mut |file| saved::write(solver, file));
+                            keeper.keep(watch, &words, &mut |saving| saved::write_shared(solver, saving));
                         }
                     }
                 };

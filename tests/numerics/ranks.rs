@@ -3,6 +3,8 @@
 use crate::fields::Memory;
 use crate::fields::channels::{Channels, with_ranks};
 use core::sync::atomic::Ordering;
+use std::sync::Mutex;
+use thurible_core::checkpoint::{HEAD, PartStore, Refused, SavedParts, Sink};
 use thurible_core::exec::ranks::{in_order, joined, swap, tell};
 use thurible_core::exec::{Ranks, Together};
 use thurible_core::field::borders::refresh;
@@ -227,21 +229,34 @@ impl Case {
         ranks: Option<&Channels>,
         work: impl FnOnce(&mut Solver<'_, T, S>, &dyn Exec) -> R,
     ) -> Option<R> {
+        let states = Mutex::default();
+        let mut store = Store::new(ranks, &states);
+        self.with_store(exec, ranks, &mut store, |solver, exec, _| work(solver, exec))
+    }
+
+    /// The same, with states in `store`.
+    fn with_store<T: Real, S: Space, R>(
+        &self,
+        exec: &dyn Exec,
+        ranks: Option<&Channels>,
+        store: &mut Store<'_>,
+        work: impl FnOnce(&mut Solver<'_, T, S>, &dyn Exec, &mut Store<'_>) -> R,
+    ) -> Option<R> {
         let share = ranks.map(|ranks| Share::new(ranks.rank(), ranks.count()).in_blocks(self.beside));
         let (problem, params) = (self.problem(share), self.params());
         let plan = Plan::new::<T, S>(&problem, &params).unwrap();
         let mut memory = Memory::new(plan.bytes());
         let mut solver = Solver::<T, S>::new(&problem, &params, memory.block()).unwrap();
         let Some(ranks) = ranks else {
-            return Some(work(&mut solver, exec));
+            return Some(work(&mut solver, exec, store));
         };
         solver.share(ranks);
         let exec = &Together::new(exec, ranks);
         if ranks.rank() > 0 {
-            solver.follow(exec);
+            solver.follow(exec, store);
             return None;
         }
-        let done = work(&mut solver, exec);
+        let done = work(&mut solver, exec, store);
         solver.dismiss();
         Some(done)
     }
@@ -350,41 +365,151 @@ fn saved<T: Real, S: Space>(solver: &mut Solver<'_, T, S>) -> Vec<u8> {
     bytes
 }
 
+/// The parts of a state.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Parted(Vec<Vec<u8>>);
+
+/// States in memory, of which every rank writes its part.
+struct Store<'a> {
+    ranks: Option<&'a Channels>,
+    states: &'a Mutex<Vec<Parted>>,
+    /// How many this rank wrote, and the most bytes that it can.
+    count: usize,
+    room: usize,
+    /// The state that is read, and the first of the ranks that wrote it.
+    read: Option<(&'a Parted, Share)>,
+}
+
+impl<'a> Store<'a> {
+    fn new(ranks: Option<&'a Channels>, states: &'a Mutex<Vec<Parted>>) -> Self {
+        Self {
+            ranks,
+            states,
+            count: 0,
+            room: usize::MAX,
+            read: None,
+        }
+    }
+}
+
+struct Bytes(Vec<u8>, usize);
+
+impl Sink for Bytes {
+    fn put(&mut self, bytes: &[u8]) -> Result<(), Refused> {
+        self.0.extend_from_slice(bytes);
+        if self.0.len() <= self.1 {
+            Ok(())
+        } else {
+            Err(Refused)
+        }
+    }
+}
+
+impl PartStore for Store<'_> {
+    fn write(&mut self, fill: &mut dyn FnMut(&mut dyn Sink) -> Result<(), Refused>) -> Result<(), Refused> {
+        let (rank, count) = self.ranks.map_or((0, 1), |ranks| (ranks.rank(), ranks.count()));
+        let mut bytes = Bytes(Vec::new(), self.room);
+        let failed = f64::from(u8::from(fill(&mut bytes).is_err()));
+        let failed = self.ranks.map_or(failed, |ranks| joined(ranks, failed, f64::max));
+        let mut states = self.states.lock().unwrap();
+        let new = (self.count + 1).max(states.len());
+        states.resize(new, Parted(vec![Vec::new(); count]));
+        states[self.count].0[rank] = bytes.0;
+        self.count += 1;
+        if failed > 0.0 { Err(Refused) } else { Ok(()) }
+    }
+
+    fn read(
+        &mut self,
+        take: &mut dyn FnMut(&mut dyn SavedParts) -> Result<(), SavedError>,
+    ) -> Result<(), SavedError> {
+        let (parted, share) = self.read.unwrap();
+        take(&mut Saved(parted, share))
+    }
+}
+
+struct Saved<'a>(&'a Parted, Share);
+
+impl SavedParts for Saved<'_> {
+    fn share(&self) -> Share {
+        self.1
+    }
+
+    fn take(&mut self, rank: usize, at: u64, bytes: &mut [u8]) -> Result<(), Refused> {
+        let begin = at as usize;
+        let part = self
+            .0
+            .0
+            .get(rank)
+            .and_then(|part| part.get(begin..begin.saturating_add(bytes.len())));
+        bytes.copy_from_slice(part.ok_or(Refused)?);
+        Ok(())
+    }
+}
+
 impl Case {
     /// From the states that one program saves, or some ranks, any other number goes on with the same bits.
     fn goes_on<T: Real, S: Space>(&self, counts: &[usize]) {
-        let states = |ranks: Option<&Channels>| {
-            self.with::<T, S, _>(&Serial, ranks, |solver, exec| {
+        let states = |ranks: Option<&Channels>, states: &Mutex<Vec<Parted>>| {
+            let mut store = Store::new(ranks, states);
+            self.with_store::<T, S, _>(&Serial, ranks, &mut store, |solver, exec, store| {
+                let mut keep = |solver: &mut Solver<'_, T, S>| match ranks {
+                    Some(_) => solver.save_parts(store).unwrap(),
+                    None => states.lock().unwrap().push(Parted(vec![saved(solver)])),
+                };
                 self.begin(solver, exec);
-                let mut states = vec![saved(solver)];
+                keep(solver);
                 while solver.step(exec, &mut Silent).status.is_none() {
-                    states.push(saved(solver));
+                    keep(solver);
                 }
-                states
-            })
+            });
         };
-        let rest = |bytes: &[u8], ranks: Option<&Channels>| {
-            self.with::<T, S, _>(&Serial, ranks, |solver, exec| {
+        let rest = |state: &Parted, ranks: Option<&Channels>, own: &Mutex<Vec<Parted>>| {
+            let mut store = Store::new(ranks, own);
+            let share = Share::new(0, state.0.len());
+            let blocks = if state.0.len() > 1 { self.beside } else { 1 };
+            store.read = Some((state, share.in_blocks(blocks)));
+            self.with_store::<T, S, _>(&Serial, ranks, &mut store, |solver, exec, store| {
                 self.set_solids(solver);
-                solver.restore(bytes).unwrap();
-                assert!(saved(solver) == bytes, "{self:?} is saved as something else");
+                solver.restore_parts(store).unwrap();
+                if ranks.is_some() {
+                    solver.save_parts(store).unwrap();
+                } else {
+                    let bytes = saved(solver);
+                    let is_same = state.0.len() > 1 || bytes == state.0[0];
+                    assert!(is_same, "{self:?} is saved as something else");
+                    solver.restore(&bytes).unwrap();
+                }
                 self.rest(solver, exec)
             })
         };
-        let in_all = |count: usize, bytes: &[u8]| {
-            let found = with_ranks(count, |ranks| rest(bytes, (count > 1).then_some(ranks)));
+        let in_all = |count: usize, state: &Parted| {
+            let own = Mutex::default();
+            let found = with_ranks(count, |ranks| rest(state, (count > 1).then_some(ranks), &own));
+            let own = own.into_inner().unwrap();
+            if count > 1 && count == state.0.len() {
+                assert!(own[0] == *state, "{self:?} has other parts of {count} ranks");
+            }
             found.into_iter().next().flatten()
         };
-        let alone = states(None).unwrap();
+        let of_one = Mutex::default();
+        states(None, &of_one);
+        let of_one = of_one.into_inner().unwrap();
         for &count in counts {
-            let shared = with_ranks(count, |ranks| states(Some(ranks)))
-                .swap_remove(0)
-                .unwrap();
-            assert_eq!(shared.len(), alone.len());
-            for (step, (alone, shared)) in alone.iter().zip(&shared).enumerate() {
+            let shared = Mutex::default();
+            with_ranks(count, |ranks| states(Some(ranks), &shared));
+            let shared = shared.into_inner().unwrap();
+            assert_eq!(shared.len(), of_one.len());
+            for (step, (alone, shared)) in of_one.iter().zip(&shared).enumerate() {
                 let expected = in_all(1, alone);
-                for (bytes, ranks) in [(shared, 1), (alone, count), (shared, count + self.beside)] {
-                    let found = in_all(ranks, bytes);
+                let others = [
+                    (shared, 1),
+                    (alone, count),
+                    (shared, count),
+                    (shared, count + self.beside),
+                ];
+                for (state, ranks) in others {
+                    let found = in_all(ranks, state);
                     assert!(
                         found == expected,
                         "{ranks} of {count} ranks from step {step} of {self:?}"
@@ -1005,7 +1130,7 @@ fn states_of_any_number_of_ranks() {
     QUICK_2D.goes_on::<f32, D2>(&[3]);
 }
 
-/// A sink or a source that refuses ends nothing but the pass: all ranks know it, and go on.
+/// A part that cannot be written or read ends nothing but the pass: all ranks know it, and go on.
 #[test]
 fn a_state_that_cannot_be_kept_or_read_ends_no_rank() {
     let case = Case {
@@ -1013,22 +1138,89 @@ fn a_state_that_cannot_be_kept_or_read_ends_no_rank() {
         ..QUICK_2D
     };
     let alone = case.bits::<f64, D2>(&Serial, None);
+    let states = Mutex::default();
     let found = with_ranks(3, |ranks| {
-        case.with::<f64, D2, _>(&Serial, Some(ranks), |solver, exec| {
+        let mut store = Store::new(Some(ranks), &states);
+        // The second one has no room.
+        store.room = if ranks.rank() == 1 { 500 } else { usize::MAX };
+        case.with_store::<f64, D2, _>(&Serial, Some(ranks), &mut store, |solver, exec, store| {
             let mut bits = case.begin(solver, exec);
-            let mut short = vec![0; solver.saved_bytes() / 2];
-            assert_eq!(solver.save_to(&mut &mut short[..]), Err(SavedError::Refused));
-            let whole = saved(solver);
-            let half = &whole[..whole.len() / 2];
-            assert_eq!(solver.restore_from(&mut &*half), Err(SavedError::Refused));
-            // Half of it is another state now.
-            assert_eq!(solver.step(exec, &mut Silent).status, Some(Status::NotReady));
-            solver.restore(&whole).unwrap();
+            assert_eq!(solver.save_parts(store), Err(Refused));
+            let mut alone = vec![0; solver.saved_bytes()];
+            assert_eq!(
+                solver.save(&mut alone),
+                Err(SavedError::Refused),
+                "a part is no state"
+            );
             bits.extend(case.rest(solver, exec));
             bits
         })
     });
     assert!(found[0].as_ref() == Some(&alone));
+    // The part of one rank ends early: no rank goes on with the rest.
+    let states = Mutex::default();
+    with_ranks(3, |ranks| {
+        let mut store = Store::new(Some(ranks), &states);
+        case.with_store::<f64, D2, _>(&Serial, Some(ranks), &mut store, |solver, exec, store| {
+            case.begin(solver, exec);
+            solver.save_parts(store).unwrap();
+        })
+    });
+    let whole = states.into_inner().unwrap().swap_remove(0);
+    for rank in 0..3 {
+        let mut short = whole.clone();
+        let half = short.0[rank].len() / 2;
+        short.0[rank].truncate(half);
+        let unread = Mutex::default();
+        with_ranks(2, |ranks| {
+            let mut store = Store::new(Some(ranks), &unread);
+            store.read = Some((&short, Share::new(0, 3)));
+            case.with_store::<f64, D2, _>(&Serial, Some(ranks), &mut store, |solver, exec, store| {
+                case.set_solids(solver);
+                assert_eq!(solver.restore_parts(store), Err(SavedError::Refused));
+                // Half of it is another state now.
+                assert_eq!(solver.step(exec, &mut Silent).status, Some(Status::NotReady));
+            })
+        });
+    }
+}
+
+/// Parts that somebody else made, or changed, are refused or taken for numbers: nothing else comes of them.
+#[test]
+fn parts_of_any_bytes_do_no_harm() {
+    let case = Case {
+        steered: true,
+        ..QUICK_2D
+    };
+    let states = Mutex::default();
+    with_ranks(2, |ranks| {
+        let mut store = Store::new(Some(ranks), &states);
+        case.with_store::<f32, D2, _>(&Serial, Some(ranks), &mut store, |solver, exec, store| {
+            case.begin(solver, exec);
+            solver.save_parts(store).unwrap();
+        })
+    });
+    let whole = states.into_inner().unwrap().swap_remove(0);
+    // What says how the first field is cut: its planes, its rows, its layers.
+    let cut = HEAD..HEAD + 24;
+    let words = whole.0[0][cut.clone()].as_chunks::<8>().0;
+    assert_eq!(words.iter().map(|word| word[0]).collect::<Vec<_>>(), [13, 0, 0]);
+    let mut ended = [0; 2];
+    for (byte, value) in cut.flat_map(|byte| [1, 2, 7, 128, 255].map(|value| (byte, value))) {
+        for (ranks, beside) in [(2, 1), (2, 2), (1 << 20, 1 << 10)] {
+            let mut changed = whole.clone();
+            changed.0[0][byte] ^= value;
+            changed.0.resize(ranks.min(4), whole.0[1].clone());
+            let unread = Mutex::default();
+            let mut store = Store::new(None, &unread);
+            store.read = Some((&changed, Share::new(0, ranks).in_blocks(beside)));
+            case.with_store::<f32, D2, _>(&Serial, None, &mut store, |solver, _, store| {
+                case.set_solids(solver);
+                ended[usize::from(solver.restore_parts(store).is_ok())] += 1;
+            });
+        }
+    }
+    assert!(ended[0] > 100, "{ended:?}");
 }
 
 /// What a window leaves to the next: a density, the flow that the search begins with, and what of the objective is of its first steps.

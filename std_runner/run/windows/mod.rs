@@ -101,7 +101,7 @@ impl Job {
             let how = (ended == Status::Cancelled, false);
             let states = end
                 .filter(|_| are_beside)
-                .and_then(|words| keeper.keep_end(how, &words, &mut |file| walk.write(file)));
+                .and_then(|words| keeper.keep_end(how, &words, &mut |saving| walk.write(saving)));
             return Err(messages::unwritten(failure, states.as_deref()));
         }
         Ok(Solved {

@@ -3,7 +3,7 @@
 use super::kept::Kept;
 use super::left::failed;
 use super::walk::{Inside, Walk};
-use crate::checkpoint::{Keeper, Sealed, Words, is_state_or_lock};
+use crate::checkpoint::{Keeper, Saving, Words, is_state_or_lock};
 use crate::exit::Failure;
 use crate::output::{Sample, Samples, Series};
 use crate::progress::Watch;
@@ -89,8 +89,8 @@ impl Walk<'_> {
     }
 
     /// Writes what the last window left into a checkpoint.
-    pub(super) fn write(&mut self, file: &mut Sealed) -> Result<(), Refused> {
-        self.left.write(file)
+    pub(super) fn write(&mut self, saving: &mut Saving<'_>) -> Result<(), Refused> {
+        self.left.write(saving.file)
     }
 
     /// Keeps the state, with what `solver` adds of a window that is under way.
@@ -98,12 +98,12 @@ impl Walk<'_> {
         &mut self,
         watch: &mut Watch,
         keeper: &mut Keeper,
-        solver: &mut dyn FnMut(&mut Sealed) -> Result<(), Refused>,
+        solver: &mut dyn FnMut(&mut Saving<'_>) -> Result<(), Refused>,
     ) {
         if let Some(words) = self.words(watch) {
-            keeper.keep(watch, &words, &mut |file| {
-                self.write(file)?;
-                solver(file)
+            keeper.keep(watch, &words, &mut |saving| {
+                self.write(saving)?;
+                solver(saving)
             });
         }
     }

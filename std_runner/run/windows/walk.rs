@@ -182,7 +182,7 @@ impl<'a> Walk<'a> {
             let mut each = |solver: &mut Solver<'_, T, S>, watch: &mut Watch| {
                 show(solver, exec, problem, watch, window.start);
                 if keeper.is_due(watch) {
-                    self.keep(watch, keeper, &mut |file| saved::write(solver, file));
+                    self.keep(watch, keeper, &mut |saving| saved::write_shared(solver, saving));
                 }
             };
             return iterate(solver, exec, watch, None, &mut each);
