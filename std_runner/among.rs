@@ -19,9 +19,11 @@ pub(crate) fn agreed<V>(ranks: &dyn Ranks, own: Result<V, Failure>) -> Result<V,
     if ranks.count() == 1 {
         return own;
     }
-    let failed = own.as_ref().map_or(ranks.rank() as f64 + 1.0, |_| 0.0);
+    // The first rank that failed speaks: it knows most.
+    let count = ranks.count();
+    let failed = own.as_ref().map_or((count - ranks.rank()) as f64, |_| 0.0);
     let failed = joined(ranks, failed, f64::max) as usize;
-    let Some(whose) = failed.checked_sub(1) else {
+    let Some(whose) = count.checked_sub(failed).filter(|&rank| rank < count) else {
         return own;
     };
     let own = own.err();
@@ -37,11 +39,11 @@ pub(crate) fn agreed<V>(ranks: &dyn Ranks, own: Result<V, Failure>) -> Result<V,
     Err(kind(said))
 }
 
-/// The `folder` that the first rank knows, which has to be one for all of them.
+/// The `folder` that the first rank knows, which has to be one for all of them; `remedy` is what to do where it is not.
 ///
 /// # Errors
 /// It is not, or its name cannot be told, in all ranks alike.
-pub(crate) fn shared_folder(ranks: &dyn Ranks, folder: &Path) -> Result<PathBuf, Failure> {
+pub(crate) fn shared_folder(ranks: &dyn Ranks, folder: &Path, remedy: &str) -> Result<PathBuf, Failure> {
     if ranks.count() == 1 {
         return Ok(folder.to_owned());
     }
@@ -51,12 +53,12 @@ pub(crate) fn shared_folder(ranks: &dyn Ranks, folder: &Path) -> Result<PathBuf,
     let name = String::from_utf8_lossy(&name).into_owned();
     let shared = if name.is_empty() {
         Err(Failure::Input(format!(
-            "{} is no name in UTF-8, by which ranks know a folder; take another one with -o DIR",
+            "{} is no name in UTF-8, by which ranks know a folder; {remedy}",
             folder.display()
         )))
     } else if !Path::new(&name).is_dir() {
         Err(Failure::File(format!(
-            "{name} is not seen from this machine; take a folder that all machines share, with -o DIR"
+            "{name} is not seen from this machine; {remedy}"
         )))
     } else {
         Ok(PathBuf::from(name))

@@ -6,7 +6,7 @@ use super::label::HEAD;
 use super::record::Record;
 use super::resumable::{Resumable, accept};
 use super::{Broken, Refused, Sink};
-use crate::exec::ranks::joined;
+use crate::exec::ranks::{joined, tell};
 
 /// Where ranks keep their parts of a state.
 pub trait PartStore {
@@ -29,10 +29,10 @@ pub trait PartStore {
 /// Saves the parts of all ranks, of which the first one calls this and has the others, who follow, do the same.
 ///
 /// # Errors
-/// [`Refused`].
+/// [`Refused`], also where no ranks share it.
 pub fn save_parts(one: &mut dyn Resumable, store: &mut dyn PartStore) -> Result<(), Refused> {
+    let rank = one.ranks().ok_or(Refused)?.rank();
     store.write(&mut |sink| {
-        let rank = one.ranks().map_or(0, |ranks| ranks.rank());
         let mut record = Record::part(sink, rank);
         one.scalars(&mut record).map_err(|_| Refused)?;
         let label = (one.saved_bytes(), one.fingerprint());
@@ -49,15 +49,20 @@ pub fn save_parts(one: &mut dyn Resumable, store: &mut dyn PartStore) -> Result<
 pub fn restore_parts(one: &mut dyn Resumable, store: &mut dyn PartStore) -> Result<(), SavedError> {
     store.read(&mut |saved| {
         let mut head = [0; HEAD];
-        let taken = saved.take(0, 0, &mut head).map_err(Broken::from);
         let is_first = one.ranks().is_none_or(|ranks| ranks.rank() == 0);
-        let accepted = match taken {
-            Ok(()) if is_first => accept(one, &head, one.saved_bytes()),
-            other => other.map_err(SavedError::from),
+        let accepted = if is_first {
+            let taken = saved.take(0, 0, &mut head);
+            let taken = taken.map_err(|refused| SavedError::from(Broken::from(refused)));
+            taken.and_then(|()| accept(one, &head, one.saved_bytes()))
+        } else {
+            Ok(())
         };
         agreed(one, accepted)?;
+        // All have the head that the first one read, and come to the same.
+        if let Some(ranks) = one.ranks() {
+            tell(ranks, 0, &mut head);
+        }
         let mut record = Record::gather(head, saved);
-        // All have the same head, and come to the same.
         one.scalars(&mut record).map_err(Broken::from)?;
         one.fields(&mut record);
         let ended = record.ended().map_err(SavedError::from);

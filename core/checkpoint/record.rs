@@ -257,10 +257,14 @@ impl<'a> Record<'a> {
         self.full = end;
         if end == HEAD || self.left == 0 {
             let block = self.block.get(..end).unwrap_or(&[]);
-            self.sum.bytes(block);
             self.full = 0;
-            if let Pass::Write(sink) | Pass::Part(sink, _) = &mut self.pass {
-                sink.put(block)?;
+            match &mut self.pass {
+                Pass::Write(sink) => {
+                    self.sum.bytes(block);
+                    sink.put(block)?;
+                }
+                Pass::Part(sink, _) => sink.put(block)?,
+                Pass::Read(_) | Pass::Check(_) | Pass::Gather(_) => {}
             }
         }
         Ok(())
@@ -316,31 +320,44 @@ impl<'a> Record<'a> {
     }
 
     fn checked(&mut self) -> Result<(), Broken> {
-        match self.pass {
-            Pass::Write(_) => {
-                while self.left > 0 {
-                    let end = HEAD.min(self.full + self.left);
-                    self.block.get_mut(self.full..end).unwrap_or(&mut []).fill(0);
-                    self.filled(end)?;
-                }
-            }
-            Pass::Read(_) | Pass::Check(_) => self.skip(self.left + self.full - self.taken)?,
+        match &mut self.pass {
+            Pass::Write(_) => self.sealed(),
+            Pass::Read(_) | Pass::Check(_) => self.compared(),
             Pass::Part(..) => {
                 self.left = 0;
-                return self.filled(self.full);
+                self.filled(self.full)
             }
-            Pass::Gather(ref mut gather) => {
+            Pass::Gather(gather) => {
                 gather.end();
-                return Ok(());
+                Ok(())
             }
         }
-        let (sum, mut said) = (self.sum.finish().to_le_bytes(), [0; CHECK]);
-        match &mut self.pass {
-            Pass::Write(sink) | Pass::Part(sink, _) => return Ok(sink.put(&sum)?),
-            Pass::Read(source) | Pass::Check(source) => source.take(&mut said)?,
-            Pass::Gather(_) => return Ok(()),
+    }
+
+    fn sealed(&mut self) -> Result<(), Broken> {
+        while self.left > 0 {
+            let end = HEAD.min(self.full + self.left);
+            self.block.get_mut(self.full..end).unwrap_or(&mut []).fill(0);
+            self.filled(end)?;
         }
-        if sum == said { Ok(()) } else { Err(Broken::Damaged) }
+        let sum = self.sum.finish().to_le_bytes();
+        match &mut self.pass {
+            Pass::Write(sink) => Ok(sink.put(&sum)?),
+            _ => Ok(()),
+        }
+    }
+
+    fn compared(&mut self) -> Result<(), Broken> {
+        self.skip(self.left + self.full - self.taken)?;
+        let mut said = [0; CHECK];
+        if let Pass::Read(source) | Pass::Check(source) = &mut self.pass {
+            source.take(&mut said)?;
+        }
+        if self.sum.finish().to_le_bytes() == said {
+            Ok(())
+        } else {
+            Err(Broken::Damaged)
+        }
     }
 
     /// Bytes that head and buffers take so far.

@@ -39,7 +39,7 @@ pub trait Resumable {
 /// because one list of the state serves for [`restore`] too.
 ///
 /// # Errors
-/// [`SavedError::Length`] when `bytes` are too few.
+/// [`SavedError::Length`] when `bytes` are too few; [`SavedError::Refused`] of what ranks share.
 pub fn save(one: &mut dyn Resumable, bytes: &mut [u8]) -> Result<(), SavedError> {
     let (expected, given) = (one.saved_bytes(), bytes.len());
     let short = SavedError::Length { expected, given };
@@ -50,8 +50,9 @@ pub fn save(one: &mut dyn Resumable, bytes: &mut [u8]) -> Result<(), SavedError>
 /// As [`save`], piece by piece to `sink`, through one block of [`HEAD`] bytes.
 ///
 /// # Errors
-/// [`SavedError::Refused`] where the sink refuses.
+/// [`SavedError::Refused`] where the sink refuses, and of what ranks share.
 pub fn save_to(one: &mut dyn Resumable, sink: &mut dyn Sink) -> Result<(), SavedError> {
+    alone(one)?;
     let mut record = Record::write(sink);
     one.scalars(&mut record).map_err(Broken::from)?;
     record.seal(one.saved_bytes(), one.fingerprint())?;
@@ -66,7 +67,7 @@ pub fn save_to(one: &mut dyn Resumable, sink: &mut dyn Sink) -> Result<(), Saved
 }
 
 /// Goes on from what another one with the same fingerprint saved: every later step gives the bits that it would have given there. Nothing is
-/// changed where the bytes are refused.
+/// changed where the bytes are refused, as they are of what ranks share.
 ///
 /// # Errors
 /// [`SavedError`].
@@ -74,6 +75,7 @@ pub fn restore(one: &mut dyn Resumable, bytes: &[u8]) -> Result<(), SavedError> 
     let (expected, given) = (one.saved_bytes(), bytes.len());
     let length = SavedError::Length { expected, given };
     let (head, fields) = bytes.split_first_chunk::<HEAD>().ok_or(length)?;
+    alone(one)?;
     accept(one, head, given)?;
     let (mut source, mut again) = (fields, fields);
     let mut record = Record::check(*head, &mut source);
@@ -88,10 +90,21 @@ pub fn restore(one: &mut dyn Resumable, bytes: &[u8]) -> Result<(), SavedError> 
 /// # Errors
 /// [`SavedError`].
 pub fn restore_from(one: &mut dyn Resumable, source: &mut dyn Source) -> Result<(), SavedError> {
+    alone(one)?;
     let mut head = [0; HEAD];
     source.take(&mut head).map_err(Broken::from)?;
     accept(one, &head, one.saved_bytes())?;
     take(one, head, source)
+}
+
+/// Refuses what ranks share: each has a part of the state, for which there are [`save_parts`](super::save_parts) and
+/// [`restore_parts`](super::restore_parts).
+fn alone(one: &dyn Resumable) -> Result<(), SavedError> {
+    if one.ranks().is_some() {
+        Err(SavedError::Refused)
+    } else {
+        Ok(())
+    }
 }
 
 /// Whether bytes with this head, of which so many are given, are a state of this one.

@@ -19,7 +19,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     /// changed: the solver is borrowed to write because one list of its state serves for [`Self::restore`] too.
     ///
     /// # Errors
-    /// [`SavedError::Length`] when `bytes` are too few.
+    /// [`SavedError::Length`] when `bytes` are too few; [`SavedError::Refused`] where ranks share it, for which there is [`Self::save_parts`].
     pub fn save(&mut self, bytes: &mut [u8]) -> Result<(), SavedError> {
         checkpoint::save(self, bytes)
     }

@@ -189,10 +189,14 @@ impl Keeper {
     ) -> Result<(), Failure> {
         self.folder()?;
         let refused = |place: &Path, error: &io::Error| {
-            Failure::File(format!(
-                "cannot write {}: {error}; check that its disc has room",
-                place.display()
-            ))
+            Failure::File(match error.get_ref() {
+                // What went wrong in a rank.
+                Some(said) => said.to_string(),
+                None => format!(
+                    "cannot write {}: {error}; check that its disc has room",
+                    place.display()
+                ),
+            })
         };
         if self.solve.is_none() {
             // Where no states were going to be kept the files are looked at late.
@@ -220,6 +224,7 @@ impl Keeper {
         written.map_err(|error| {
             // The next one takes the same place: the other holds the last whole state.
             solve.number -= 1;
+            clean(&self.place, solve.number);
             refused(&self.place, &error)
         })?;
         clean(&self.place, solve.number);

@@ -19,10 +19,10 @@ pub(crate) use every::{Every, parse};
 pub(crate) use inputs::inputs_of;
 pub(crate) use keeper::{Begin, Inputs, Keeper};
 pub(crate) use needs::Needs;
-pub(crate) use open::{Found, damaged, is_there, open, read, refuse_states};
+pub(crate) use open::{Found, damaged, is_there, open, read, refuse_states, sums_of};
 pub(crate) use parts::{PartFiles, Place, Saving};
 pub(crate) use sealed::{Sealed, Unsealed};
-pub(crate) use solve::{Earlier, Options, Solve, unlike_ranks};
+pub(crate) use solve::{Cut, Earlier, Options, Solve, unlike_ranks};
 pub(crate) use words::Words;
 
 use crate::destination::{place_of, shown};

@@ -1,10 +1,11 @@
 //! The states that an earlier run left.
 
-use super::parts::are_whole;
+use super::parts::{are_whole, sums};
 use super::words::MANY;
 use super::{PART, PartFiles, SLOTS, Saving, Sealed, Solve, Unsealed, Words, beside, has_states};
 use crate::exit::Failure;
 use crate::held::{LOCK, hold, remove};
+use core::cmp::Reverse;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -45,18 +46,29 @@ pub(crate) fn open(folder: &Path) -> Result<Found, Failure> {
         Failure::File(format!("cannot go on with {shown}: {why}; give the folder of a solve that was not finished, or of its states"))
     })?;
     let lock = held(place)?;
-    let mut whole: Vec<(PathBuf, Solve)> = Vec::new();
+    let mut found: Vec<(PathBuf, Solve)> = Vec::new();
     let mut broken = Vec::new();
-    for slot in SLOTS.map(|slot| place.join(slot)) {
-        match head(&slot) {
-            Ok(Some(solve)) => whole.push((slot, solve)),
-            Ok(None) => broken.push(format!("{} is not whole", slot.display())),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-            Err(error) => broken.push(format!("{} cannot be read: {error}", slot.display())),
+    let mut tell = |slot: &Path, read: io::Result<Option<Solve>>| match read {
+        Ok(Some(solve)) => Some((slot.to_owned(), solve)),
+        Ok(None) => {
+            broken.push(format!("{} is not whole", slot.display()));
+            None
         }
+        Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+        Err(error) => {
+            broken.push(format!("{} cannot be read: {error}", slot.display()));
+            None
+        }
+    };
+    for slot in SLOTS.map(|slot| place.join(slot)) {
+        found.extend(tell(&slot, head(&slot)));
     }
+    // The parts of the earlier one are not looked at where the later one has all of its own.
+    found.sort_by_key(|(_, solve)| Reverse(solve.number));
+    let latest = found
+        .into_iter()
+        .find_map(|(slot, solve)| tell(&slot, with_parts(&slot, solve)));
     let broken = broken.join(", ");
-    let latest = whole.into_iter().max_by_key(|(_, solve)| solve.number);
     let (slot, solve) = latest.ok_or_else(|| {
         Failure::File(format!(
             "cannot go on with {shown}: {broken}; solve anew with --force"
@@ -79,9 +91,11 @@ fn head(slot: &Path) -> io::Result<Option<Solve>> {
     let head = file.block().ok();
     let solve: Option<Solve> = head.and_then(|head| serde_json::from_slice(&head).ok());
     // The states after it are counted on.
-    let Some(solve) = solve.filter(|solve| solve.number < MANY) else {
-        return Ok(None);
-    };
+    Ok(solve.filter(|solve| solve.number < MANY))
+}
+
+/// `solve` of the state at `slot`, if it has all its parts.
+fn with_parts(slot: &Path, solve: Solve) -> io::Result<Option<Solve>> {
     let is_whole = solve
         .cut
         .map_or(Ok(true), |cut| are_whole(slot, solve.number, cut))?;
@@ -95,6 +109,12 @@ pub(crate) fn read(slot: &Path) -> Result<(Words, Unsealed), Failure> {
     let words = file.block().and_then(|_| file.block());
     let words = words.map_err(|Refused| damaged(slot))?;
     Ok((Words::read(words), file))
+}
+
+/// The checksums of the parts of a state, or its own.
+pub(crate) fn sums_of(found: &Found) -> Result<Vec<u64>, Failure> {
+    let sums = sums(&found.slot, found.solve.cut).unwrap_or(None);
+    sums.ok_or_else(|| damaged(&found.slot))
 }
 
 /// The failure of a state that is whole and yet not what it should be.

@@ -144,6 +144,15 @@ pub(super) fn sum_of(path: &Path) -> io::Result<Option<u64>> {
     sum(&mut File::open(path)?)
 }
 
+/// What stands at the end of a file, unchecked.
+pub(super) fn seal(file: &mut File) -> io::Result<u64> {
+    let mut said = [0; SUM];
+    let end = file.metadata()?.len().saturating_sub(SUM as u64);
+    file.seek(SeekFrom::Start(end))?;
+    file.read_exact(&mut said)?;
+    Ok(u64::from_le_bytes(said))
+}
+
 fn sum(file: &mut File) -> io::Result<Option<u64>> {
     let Some(length) = file.metadata()?.len().checked_sub(SUM as u64) else {
         return Ok(None);

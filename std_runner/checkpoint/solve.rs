@@ -52,7 +52,7 @@ impl TryFrom<[usize; 2]> for Cut {
     type Error = &'static str;
 
     fn try_from([ranks, beside]: [usize; 2]) -> Result<Self, Self::Error> {
-        let are_some = (2..=MANY).contains(&ranks) && beside > 0 && ranks.is_multiple_of(beside);
+        let are_some = (2..=MOST).contains(&ranks) && beside > 0 && ranks.is_multiple_of(beside);
         if are_some {
             Ok(Self([ranks, beside]))
         } else {
@@ -67,6 +67,17 @@ impl Cut {
         self.0[0]
     }
 
+    /// Bytes of all their parts of a state of so many, of a box of these `cells`: each is as long as the longest.
+    pub fn parts_bytes(self, state: u64, cells: &[usize]) -> u64 {
+        let share = self.share();
+        let lines = [share.along_planes().count, share.along_rows().count];
+        let axes = cells.iter().rev().zip(lines);
+        axes.fold(state, |bytes, (&cells, count)| {
+            let most = cells.div_ceil(count) as u64 * count as u64;
+            bytes.saturating_mul(most).div_ceil((cells as u64).max(1))
+        })
+    }
+
     /// The first of them.
     pub fn share(self) -> Share {
         let Self([ranks, beside]) = self;
@@ -74,8 +85,8 @@ impl Cut {
     }
 }
 
-/// More than any number of ranks.
-const MANY: usize = 1 << 24;
+/// The most ranks.
+const MOST: usize = 1 << 24;
 
 /// A folder in a sentence of a command, and a step of the result in it.
 pub(crate) type Earlier = Option<(String, PathBuf, Option<usize>)>;

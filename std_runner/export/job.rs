@@ -25,6 +25,9 @@ const MARK: &str = "export.json";
 /// The optical depth of a quarter of the box where smoke of the largest density hides 95 % of what is behind.
 const OPAQUE: f64 = 3.0;
 
+/// What to do where ranks do not see the folder.
+const SHARED: &str = "export into a folder that all machines share, with -o DIR";
+
 /// Writes what `request` asks for; the answer is the exit code.
 pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
     let mut source = Source::open(&request.result)?;
@@ -61,7 +64,7 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
         ranks,
     };
     if follows {
-        let folder = shared_folder(ranks, Path::new(""))?;
+        let folder = shared_folder(ranks, Path::new(""), SHARED)?;
         let written = run.steps(&folder, steps, request.staggered);
         return written.map(|_| DONE).map_err(failure);
     }
@@ -69,7 +72,7 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
     announce(request, run.source, &display, [bytes, steps.clone().count()]);
     let stays = |file: &Path| !parts.iter().any(|part| file.starts_with(part));
     let written = destination.exchange(&stays, |folder| {
-        shared_folder(ranks, folder).map_err(OutputError::Source)?;
+        shared_folder(ranks, folder, SHARED).map_err(OutputError::Source)?;
         let written = run.steps(folder, steps.clone(), request.staggered)?;
         run.finish(folder, &written)?;
         let facts = facts(request, &manner, run.source, &written);

@@ -5,8 +5,8 @@ use super::inputs::set_obstacles;
 use super::job::Job;
 use super::request::{Request, RunOptions};
 use crate::checkpoint::{
-    Begin, Every, Found, Inputs, Keeper, Needs, Options, PartFiles, Place, Saving, Unsealed, Words, damaged,
-    inputs_of, read,
+    Begin, Cut, Every, Found, Inputs, Keeper, Needs, Options, PartFiles, Place, Saving, Unsealed, Words,
+    damaged, inputs_of, read, sums_of,
 };
 use crate::destination::Destination;
 use crate::exit::Failure;
@@ -204,6 +204,7 @@ impl<'a> Reading<'a> {
             slot: name.to_string_lossy().into_owned(),
             begin: self.file.place().map_err(|_| self.damaged())?,
             cut: solve.cut,
+            sums: sums_of(found)?,
         };
         let mut parts = PartFiles::new(ranks, self.folder(), place);
         let taken = solver.restore_parts(&mut parts);
@@ -268,10 +269,14 @@ impl KeptSolve<'_> {
             from: request.from.as_ref().map(origin),
             reference: request.reference.as_ref().map(origin),
         };
+        let shared = run.several().zip(self.problem.share);
+        let state = self.state as u64;
         let needs = Needs {
             result,
             growing: if self.grows { result } else { 0 },
-            state: self.state as u64,
+            state: shared.map_or(state, |(_, share)| {
+                Cut::from(share).parts_bytes(state, &self.problem.cells)
+            }),
         };
         let document = request.scene.document.clone();
         Keeper::new(
@@ -286,7 +291,7 @@ impl KeptSolve<'_> {
                     forced: request.forced,
                 },
             },
-            run.several().zip(self.problem.share),
+            shared,
         )
     }
 

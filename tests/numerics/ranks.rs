@@ -464,12 +464,12 @@ impl Case {
                 }
             });
         };
-        let rest = |state: &Parted, ranks: Option<&Channels>, own: &Mutex<Vec<Parted>>| {
+        let rest = |case: &Self, state: &Parted, ranks: Option<&Channels>, own: &Mutex<Vec<Parted>>| {
             let mut store = Store::new(ranks, own);
             let share = Share::new(0, state.0.len());
             let blocks = if state.0.len() > 1 { self.beside } else { 1 };
             store.read = Some((state, share.in_blocks(blocks)));
-            self.with_store::<T, S, _>(&Serial, ranks, &mut store, |solver, exec, store| {
+            case.with_store::<T, S, _>(&Serial, ranks, &mut store, |solver, exec, store| {
                 self.set_solids(solver);
                 solver.restore_parts(store).unwrap();
                 if ranks.is_some() {
@@ -483,11 +483,13 @@ impl Case {
                 self.rest(solver, exec)
             })
         };
-        let in_all = |count: usize, state: &Parted| {
+        let in_all = |case: &Self, count: usize, state: &Parted| {
             let own = Mutex::default();
-            let found = with_ranks(count, |ranks| rest(state, (count > 1).then_some(ranks), &own));
+            let found = with_ranks(count, |ranks| {
+                rest(case, state, (count > 1).then_some(ranks), &own)
+            });
             let own = own.into_inner().unwrap();
-            if count > 1 && count == state.0.len() {
+            if count > 1 && (count, case.beside) == (state.0.len(), self.beside) {
                 assert!(own[0] == *state, "{self:?} has other parts of {count} ranks");
             }
             found.into_iter().next().flatten()
@@ -501,15 +503,17 @@ impl Case {
             let shared = shared.into_inner().unwrap();
             assert_eq!(shared.len(), of_one.len());
             for (step, (alone, shared)) in of_one.iter().zip(&shared).enumerate() {
-                let expected = in_all(1, alone);
+                let expected = in_all(self, 1, alone);
+                let slabs = Self { beside: 1, ..*self };
                 let others = [
-                    (shared, 1),
-                    (alone, count),
-                    (shared, count),
-                    (shared, count + self.beside),
+                    (self, shared, 1),
+                    (self, alone, count),
+                    (self, shared, count),
+                    (self, shared, count + self.beside),
+                    (&slabs, shared, count),
                 ];
-                for (state, ranks) in others {
-                    let found = in_all(ranks, state);
+                for (case, state, ranks) in others {
+                    let found = in_all(case, ranks, state);
                     assert!(
                         found == expected,
                         "{ranks} of {count} ranks from step {step} of {self:?}"

@@ -1,8 +1,7 @@
 //! The parts of a state that ranks share: a file for each in the folder of the states, `state.NUMBER.RANK`, which all machines see. The state itself
 //! is their manifest: it is written when all of them are, and has their checksums at its end.
 
-use super::PART;
-use super::sealed::{BEGIN, Sealed, sum_of};
+use super::sealed::{BEGIN, Sealed, seal, sum_of};
 use super::solve::{Cut, unlike_ranks};
 use crate::among::{agreed, shared_folder, told};
 use crate::exit::Failure;
@@ -18,8 +17,11 @@ use thurible_core::grid::Share;
 
 /// Bytes of a number.
 const WORD: usize = 8;
-/// Files that are open at once: a system allows a program about twice as many.
-const OPEN: usize = 512;
+/// Files that are open at once: every system allows a program as many.
+const OPEN: usize = 128;
+/// What to do where ranks do not see the folder of the states that they write, or read.
+const WRITTEN: &str = "take a result folder that all machines share, with -o DIR";
+const READ: &str = "copy the folder of states to where all machines see it, and go on with that";
 
 /// Where the parts of a state are, or the state of one program.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -31,6 +33,8 @@ pub(crate) struct Place {
     pub begin: u64,
     /// The ranks that wrote it.
     pub cut: Option<Cut>,
+    /// The checksums of its parts, or its own: the files are to be those that the first rank sees.
+    pub sums: Vec<u64>,
 }
 
 /// A state that is written: its file, and where ranks share a solve the parts that belong to it.
@@ -68,8 +72,8 @@ impl PartFiles {
     }
 
     /// Hears from the first rank where they are.
-    fn hear(&mut self) -> Result<(), Failure> {
-        self.folder = shared_folder(self.ranks, &self.folder)?;
+    fn hear(&mut self, remedy: &str) -> Result<(), Failure> {
+        self.folder = shared_folder(self.ranks, &self.folder, remedy)?;
         let place = serde_json::to_vec(&self.place).unwrap_or_default();
         let place = serde_json::from_slice(&told(self.ranks, 0, place));
         self.place = agreed(self.ranks, place.map_err(|_| unlike_ranks()))?;
@@ -80,30 +84,29 @@ impl PartFiles {
         &mut self,
         fill: &mut dyn FnMut(&mut dyn Sink) -> Result<(), Refused>,
     ) -> Result<Vec<u64>, Failure> {
-        self.hear()?;
+        self.hear(WRITTEN)?;
         let path = part_at(&self.folder, self.place.number, self.ranks.rank());
         let written = Sealed::write(&path, &grows(&path), &mut |file| fill(file));
         let cannot = |error: &dyn core::fmt::Display| {
             Failure::File(format!("cannot write {}: {error}", path.display()))
         };
         let own = agreed(self.ranks, written.map_err(|error| cannot(&error)))?;
-        let mut sums = vec![own; self.ranks.count()];
+        let mut sums = vec![own];
         if self.ranks.rank() > 0 {
-            swap(self.ranks, Some(0), &[own], None, &mut []);
-            return Ok(sums);
+            swap(self.ranks, Some(0), &sums, None, &mut []);
+        } else {
+            sums.resize(self.ranks.count(), 0);
+            let others = sums.iter_mut().enumerate().skip(1);
+            others.for_each(|(rank, sum)| {
+                swap(self.ranks, None, &[], Some(rank), core::slice::from_mut(sum));
+            });
         }
-        let all = sums.iter_mut().enumerate().skip(1);
-        all.for_each(|(rank, sum)| {
-            swap(self.ranks, None, &[], Some(rank), core::slice::from_mut(sum));
-        });
+        // The first one sees them all.
         let mut files = (0..sums.len()).map(|rank| part_at(&self.folder, self.place.number, rank));
-        match files.find(|path| !path.is_file()) {
-            None => Ok(sums),
-            Some(path) => Err(Failure::File(format!(
-                "{} is on another machine; take a folder that all machines share, with -o DIR",
-                path.display()
-            ))),
-        }
+        let unseen = files.find(|path| self.ranks.rank() == 0 && !path.is_file());
+        let unseen =
+            unseen.map(|path| Failure::File(format!("{} is on another machine; {WRITTEN}", path.display())));
+        agreed(self.ranks, unseen.map_or(Ok(sums), Err))
     }
 
     /// Writes the manifest's end: whether there are parts, and their checksums.
@@ -133,7 +136,7 @@ impl PartStore for PartFiles {
         &mut self,
         take: &mut dyn FnMut(&mut dyn SavedParts) -> Result<(), SavedError>,
     ) -> Result<(), SavedError> {
-        if let Err(failure) = self.hear() {
+        if let Err(failure) = self.hear(READ) {
             self.trouble = Some(failure.to_string());
             return Err(SavedError::Refused);
         }
@@ -144,7 +147,11 @@ impl PartStore for PartFiles {
             trouble: None,
         };
         let taken = take(&mut open);
-        self.trouble = open.trouble;
+        if taken.is_err() {
+            // So it is in all of them.
+            let own = open.trouble.map_or(Ok(()), |trouble| Err(Failure::File(trouble)));
+            self.trouble = agreed(self.ranks, own).err().map(|failure| failure.to_string());
+        }
         taken
     }
 }
@@ -171,7 +178,11 @@ impl Open<'_> {
         }
         let begin = self.place.cut.map_or(self.place.begin, |_| BEGIN);
         if !self.files.contains_key(&rank) {
-            let mut file = BufReader::new(File::open(self.path(rank))?);
+            let mut file = File::open(self.path(rank))?;
+            if self.place.sums.get(rank) != Some(&seal(&mut file)?) {
+                return Err(io::Error::other("it is not what the first rank sees there"));
+            }
+            let mut file = BufReader::new(file);
             file.seek(SeekFrom::Start(begin))?;
             self.files.insert(rank, (file, 0));
         }
@@ -208,7 +219,7 @@ fn part_at(folder: &Path, number: u64, rank: usize) -> PathBuf {
 /// Where it grows.
 fn grows(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
-    name.push(PART.trim_start_matches("state"));
+    name.push(".part");
     name.into()
 }
 
@@ -222,34 +233,40 @@ fn number_of(name: &str) -> Option<u64> {
 pub(super) fn clean(folder: &Path, number: u64) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let of = entry.file_name().to_str().and_then(number_of);
-        if of.is_some_and(|of| of != number && of + 1 != number) {
+        if of.is_some_and(|of| of != number && of.checked_add(1) != Some(number)) {
             let _ = fs::remove_file(entry.path());
         }
     }
 }
 
-/// Whether the parts of the state at `slot`, which is whole, are those that it was made of.
-pub(super) fn are_whole(slot: &Path, number: u64, cut: Cut) -> io::Result<bool> {
+/// The checksums of the parts of the state at `slot`, which is whole, or its own where it has none; `None` where it is not what it says.
+pub(super) fn sums(slot: &Path, cut: Option<Cut>) -> io::Result<Option<Vec<u64>>> {
     let mut file = File::open(slot)?;
+    let Some(cut) = cut else {
+        return Ok(Some(vec![seal(&mut file)?]));
+    };
     let count = (2 + cut.ranks()).saturating_mul(WORD);
     let Some(begin) = file.metadata()?.len().checked_sub(count as u64) else {
-        return Ok(false);
+        return Ok(None);
     };
     file.seek(SeekFrom::Start(begin))?;
     // The last word is the checksum of the manifest.
     let mut bytes = vec![0; count - WORD];
     file.read_exact(&mut bytes)?;
-    let mut words = bytes
-        .as_chunks::<WORD>()
-        .0
-        .iter()
-        .map(|word| u64::from_le_bytes(*word));
-    if words.next() != Some(1) {
-        // Between two windows there is nothing to have parts of.
-        return Ok(true);
-    }
+    let words = bytes.as_chunks::<WORD>().0.iter();
+    let mut words = words.map(|word| u64::from_le_bytes(*word));
+    // Between two windows there is nothing to have parts of.
+    let has_parts = words.next() == Some(1);
+    Ok(Some(words.filter(|_| has_parts).collect()))
+}
+
+/// Whether the parts of the state at `slot`, which is whole, are those that it was made of.
+pub(super) fn are_whole(slot: &Path, number: u64, cut: Cut) -> io::Result<bool> {
     let folder = slot.parent().unwrap_or(Path::new(""));
-    for (rank, sum) in words.enumerate() {
+    let Some(sums) = sums(slot, Some(cut))? else {
+        return Ok(false);
+    };
+    for (rank, sum) in sums.into_iter().enumerate() {
         match sum_of(&part_at(folder, number, rank)) {
             Ok(found) if found == Some(sum) => {}
             Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),

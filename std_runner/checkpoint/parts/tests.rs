@@ -1,5 +1,6 @@
 //! Parts of a state in files, written by ranks that are threads.
 
+use super::super::PART;
 use super::super::sealed::Unsealed;
 use super::*;
 use thurible_core::checkpoint::Source;
@@ -66,15 +67,17 @@ fn manifest(folder: &Path, number: u64, sums: Option<Vec<u64>>) -> PathBuf {
 fn every_part_is_read_and_every_damage_found() {
     let folder = fresh("read");
     let sums = written(&folder, 7).swap_remove(0).0.unwrap();
-    let slot = manifest(&folder, 7, Some(sums));
+    let slot = manifest(&folder, 7, Some(sums.clone()));
     let cut = Cut::try_from(CUT).unwrap();
     assert!(are_whole(&slot, 7, cut).unwrap());
     assert!(!are_whole(&slot, 6, cut).unwrap(), "there are no such parts");
+    assert_eq!(super::sums(&slot, Some(cut)).unwrap(), Some(sums.clone()));
     let read = Place {
         cut: Some(cut),
+        sums,
         ..place(7)
     };
-    let mut files = PartFiles::new(None, &folder, read);
+    let mut files = PartFiles::new(None, &folder, read.clone());
     files
         .read(&mut |saved| {
             for rank in [2, 0, 1] {
@@ -88,9 +91,9 @@ fn every_part_is_read_and_every_damage_found() {
             }
             let after = bytes_of(0).len() as u64;
             assert_eq!(saved.take(0, after, &mut [0; 9]), Err(Refused));
-            Ok(())
+            Err(SavedError::Refused)
         })
-        .unwrap();
+        .unwrap_err();
     assert!(files.trouble.unwrap().starts_with("cannot read "));
     for rank in 0..3 {
         let path = part_at(&folder, 7, rank);
@@ -108,6 +111,18 @@ fn every_part_is_read_and_every_damage_found() {
     // Whole, but of another state.
     fs::copy(part_at(&folder, 7, 0), part_at(&folder, 7, 1)).unwrap();
     assert!(!are_whole(&slot, 7, cut).unwrap());
+    let mut files = PartFiles::new(None, &folder, read);
+    let taken = files.read(&mut |saved| {
+        let taken = saved.take(1, 0, &mut [0]);
+        taken.map_err(|Refused| SavedError::Refused)
+    });
+    assert_eq!(taken, Err(SavedError::Refused));
+    assert!(
+        files
+            .trouble
+            .unwrap()
+            .ends_with("it is not what the first rank sees there")
+    );
     // Between two windows a state has no parts.
     assert!(are_whole(&manifest(&folder, 8, None), 8, cut).unwrap());
     let mut remembered = [0; 18];
@@ -127,6 +142,7 @@ fn parts_that_are_not_needed_go() {
         written(&folder, number);
     }
     fs::write(folder.join("state.9.2.part"), b"of a run that was killed").unwrap();
+    fs::write(folder.join(format!("state.{}.0", u64::MAX)), b"of nobody").unwrap();
     fs::write(folder.join("density"), b"of windows").unwrap();
     clean(&folder, 6);
     let mut left: Vec<_> = fs::read_dir(&folder)
@@ -156,4 +172,14 @@ fn a_rank_that_cannot_write_is_named() {
         assert!(trouble.contains("is not seen from this machine"), "{trouble}");
     }
     fs::remove_dir_all(&folder).unwrap();
+}
+
+/// All parts are as long as the longest.
+#[test]
+fn parts_take_more_than_the_whole() {
+    let cut = |ranks, beside| Cut::try_from([ranks, beside]).unwrap();
+    assert_eq!(cut(4, 1).parts_bytes(1000, &[8, 8, 16]), 1000);
+    assert_eq!(cut(8, 1).parts_bytes(1700, &[8, 8, 17]), 2400);
+    assert_eq!(cut(4, 2).parts_bytes(2500, &[8, 5, 5]), 3600);
+    assert!(Cut::try_from([6, 4]).is_err() && Cut::try_from([1, 1]).is_err());
 }
