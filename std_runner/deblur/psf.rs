@@ -37,9 +37,7 @@ impl Psf {
             }
             Some(("gaussian", rest)) => {
                 let sigma = number(text, rest)?;
-                shape(text, 3.0 * sigma, move |x, y| {
-                    (-0.5 * (x * x + y * y) / (sigma * sigma)).exp()
-                })
+                gaussian(text, sigma)
             }
             Some(("motion", rest)) => {
                 let (length, angle) = rest.split_once(',').unwrap_or((rest, "0"));
@@ -183,18 +181,42 @@ fn normal(text: &str, mut values: Vec<f64>) -> Result<Vec<f64>, Failure> {
     Ok(values)
 }
 
+/// Pixels from the middle of a kernel to its border, where it reaches `reach` pixels.
+fn radius_of(reach: f64) -> usize {
+    (reach - 0.5).ceil().max(0.0) as usize
+}
+
+/// Where part `part` of [`FINE`] of pixel `number` of a row lies, from the middle.
+fn place(radius: usize, number: usize, part: usize) -> f64 {
+    number as f64 - radius as f64 + (part as f64 + 0.5) / FINE as f64 - 0.5
+}
+
+/// exp(-(x^2 + y^2) / (2 sigma^2)), a product of one for each axis, and so are its means.
+fn gaussian(text: &str, sigma: f64) -> Result<Psf, Failure> {
+    let radius = radius_of(3.0 * sigma);
+    let density = |x: f64| (-0.5 * x * x / (sigma * sigma)).exp();
+    let mean = |number: usize| -> f64 { (0..FINE).map(|part| density(place(radius, number, part))).sum() };
+    let means: Vec<f64> = (0..=2 * radius).map(mean).collect();
+    let rows = means
+        .iter()
+        .map(|down| means.iter().map(move |across| down * across));
+    Ok(Psf {
+        radius,
+        values: normal(text, rows.flatten().collect())?,
+        which: Vec::new(),
+    })
+}
+
 /// The means of a density over the numbers of a kernel that reaches `reach` pixels.
 fn shape(text: &str, reach: f64, density: impl Fn(f64, f64) -> f64) -> Result<Psf, Failure> {
-    let radius = (reach - 0.5).ceil().max(0.0) as usize;
+    let radius = radius_of(reach);
     let side = 2 * radius + 1;
-    let place =
-        |number: usize, part: usize| number as f64 - radius as f64 + (part as f64 + 0.5) / FINE as f64 - 0.5;
     let mean = |number: usize| -> f64 {
         (0..FINE * FINE)
             .map(|part| {
                 density(
-                    place(number % side, part % FINE),
-                    place(number / side, part / FINE),
+                    place(radius, number % side, part % FINE),
+                    place(radius, number / side, part / FINE),
                 )
             })
             .sum()
@@ -218,4 +240,30 @@ fn motion(text: &str, length: f64, angle: &str) -> Result<Psf, Failure> {
         let (along, across) = (x * cos + y * sin, -x * sin + y * cos);
         f64::from(u8::from(along.abs() <= half && across.abs() <= 0.5))
     })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    /// A Gaussian is a product of one for each axis.
+    #[test]
+    fn a_gaussian_has_the_means_of_its_density() {
+        for sigma in [0.3, 1.5, 4.0] {
+            let density = |x: f64, y: f64| (-0.5 * (x * x + y * y) / (sigma * sigma)).exp();
+            let (one, other) = (
+                gaussian("", sigma).unwrap(),
+                shape("", 3.0 * sigma, density).unwrap(),
+            );
+            assert_eq!(one.radius, other.radius);
+            let pairs = one.values.iter().zip(&other.values);
+            assert!(
+                pairs
+                    .clone()
+                    .all(|(one, other)| (one - other).abs() < 1e-14 * (1.0 + other))
+            );
+            assert!(pairs.len() == (2 * one.radius + 1).pow(2));
+        }
+    }
 }
