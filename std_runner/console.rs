@@ -1,14 +1,41 @@
-//! Printing that does not panic when the reader has closed the pipe.
+//! Printing that does not panic when the reader has closed the pipe, and that tells at the end what could not be printed.
 
-use std::io::{Write, stderr, stdout};
+use crate::exit::Failure;
+use std::io::{self, ErrorKind, Write, stderr, stdout};
+use std::sync::OnceLock;
+
+/// Why a line could not be printed, once one could not.
+static LOST: OnceLock<String> = OnceLock::new();
 
 /// Prints a line on stdout.
 pub fn print(line: &str) {
-    // A closed pipe (`| head`) is the reader's choice, not an error.
-    let _ = writeln!(stdout(), "{line}");
+    remember(writeln!(stdout(), "{line}"));
 }
 
 /// Prints a line on stderr.
 pub fn error(line: &str) {
     let _ = writeln!(stderr(), "{line}");
+}
+
+/// Remembers why something could not be printed on stdout.
+pub(crate) fn remember(printed: io::Result<()>) {
+    // A closed pipe (`| head`) is the reader's choice, not an error.
+    if let Err(error) = printed
+        && error.kind() != ErrorKind::BrokenPipe
+    {
+        let _ = LOST.set(error.to_string());
+    }
+}
+
+/// Sees that all that was printed on stdout has arrived.
+///
+/// # Errors
+/// It has not.
+pub(crate) fn arrived() -> Result<(), Failure> {
+    remember(stdout().flush());
+    LOST.get().map_or(Ok(()), |error| {
+        Err(Failure::File(format!(
+            "what was printed is lost: {error}; print it where there is room"
+        )))
+    })
 }

@@ -60,6 +60,15 @@ impl Interrupt {
     }
 }
 
+/// Has a file that grows beyond what `ulimit -f` allows fail as a file on a full disc does, where the system would end the program.
+pub(crate) fn let_long_files_fail() {
+    #[cfg(unix)]
+    {
+        // Where nobody can listen the program is ended, as others are.
+        let _ = flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
+    }
+}
+
 /// Whether whoever started the program had it ignore that its terminal goes away, as `nohup` does. Linux tells; elsewhere the signal is heard.
 #[cfg(unix)]
 fn is_ignored(signal: c_int) -> bool {

@@ -8,6 +8,7 @@ use crate::commands::{
 };
 use crate::console;
 use crate::exit::{DONE, Failure, INPUT};
+use crate::interrupt::let_long_files_fail;
 use clap::{CommandFactory, Parser};
 use core::time::Duration;
 use std::thread;
@@ -18,18 +19,30 @@ const HEARD: Duration = Duration::from_secs(3);
 
 /// Runs the program and returns its exit code; errors are one sentence on stderr.
 pub fn main() -> u8 {
+    let_long_files_fail();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
-            // clap reports help and version as errors, but the program ends with 0. A closed pipe is not reported.
-            let _ = error.print();
-            return if error.use_stderr() { INPUT } else { DONE };
+            return helped(&error).unwrap_or_else(|failure| refused(&failure));
         }
     };
-    run(&cli).unwrap_or_else(|failure| {
-        console::error(&format!("thurible: {failure}"));
-        failure.code()
-    })
+    run(&cli).unwrap_or_else(|failure| refused(&failure))
+}
+
+/// Says why a command could not do what it was asked; the exit code.
+fn refused(failure: &Failure) -> u8 {
+    console::error(&format!("thurible: {failure}"));
+    failure.code()
+}
+
+/// Prints what clap says instead of a command: help and version too, with which the program ends well.
+fn helped(error: &clap::Error) -> Result<u8, Failure> {
+    let printed = error.print();
+    if error.use_stderr() {
+        return Ok(INPUT);
+    }
+    console::remember(printed);
+    console::arrived().map(|()| DONE)
 }
 
 /// As [`main`], for one of several programs that share a scene, of which the first one speaks. The answer is the exit code, or one by which all
@@ -41,24 +54,26 @@ pub fn main_shared(ranks: &'static dyn Ranks) -> Result<u8, u8> {
     if ranks.count() == 1 {
         return Ok(main());
     }
+    let_long_files_fail();
     let first = ranks.rank() == 0;
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
-            if first {
-                let _ = error.print();
-            }
-            return Ok(if error.use_stderr() { INPUT } else { DONE });
+            let of_all = if error.use_stderr() { INPUT } else { DONE };
+            return if first {
+                helped(&error).map_err(|failure| refused(&failure))
+            } else {
+                Ok(of_all)
+            };
         }
     };
     share(cli, ranks).map_err(|failure| {
         if first {
-            console::error(&format!("thurible: {failure}"));
-        } else {
-            // What the first one refuses too, it says.
-            thread::sleep(HEARD);
-            console::error(&format!("thurible: rank {}: {failure}", ranks.rank()));
+            return refused(&failure);
         }
+        // What the first one refuses too, it says.
+        thread::sleep(HEARD);
+        console::error(&format!("thurible: rank {}: {failure}", ranks.rank()));
         failure.code()
     })
 }
@@ -79,7 +94,16 @@ fn share(mut cli: Cli, ranks: &'static dyn Ranks) -> Result<u8, Failure> {
     run(&cli)
 }
 
+/// Runs a command; its exit code, if what it printed has arrived.
 fn run(cli: &Cli) -> Result<u8, Failure> {
+    let code = command(cli)?;
+    if code == DONE {
+        console::arrived()?;
+    }
+    Ok(code)
+}
+
+fn command(cli: &Cli) -> Result<u8, Failure> {
     match &cli.command {
         Command::Solve(arguments) => solve::run(arguments),
         Command::Resume(arguments) => resume::run(arguments),

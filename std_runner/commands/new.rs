@@ -6,7 +6,7 @@ use crate::exit::{DONE, Failure};
 use crate::scene::{section, steering};
 use clap::Args;
 use std::ffi::OsStr;
-use std::fs::OpenOptions;
+use std::fs::{self, OpenOptions};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use thurible_core::choices::{Choices, Kind, Value};
@@ -53,7 +53,11 @@ pub fn run(arguments: &NewArguments) -> Result<u8, Failure> {
         .write(true)
         .create_new(true)
         .open(&path)
-        .and_then(|mut file| file.write_all(text.as_bytes()));
+        .and_then(|mut file| {
+            // A part of a scene is of no use.
+            file.write_all(text.as_bytes())
+                .inspect_err(|_| drop(fs::remove_file(&path)))
+        });
     written.map_err(|error| match error.kind() {
         ErrorKind::AlreadyExists => Failure::File(format!(
             "{shown} is there already and is not overwritten; choose another name"

@@ -1,9 +1,8 @@
 //! Hidden folders that killed runs left behind: what was under way in them is brought to one end or the other, and they are removed.
 
 use super::moves::{Moves, Plan, sync_folders};
-use super::staging::{MARK, remove};
+use super::staging::{MARK, beside, remove};
 use crate::held::is_left_behind;
-use std::ffi::OsStr;
 use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
@@ -26,10 +25,7 @@ pub(super) fn recover(folder: &Path) -> Result<(), (PathBuf, io::Error)> {
 /// The hidden folders for `folder` whose runs are no more: in it, in its own folders, or beside it.
 fn left_behind(folder: &Path) -> Vec<PathBuf> {
     let inside = |name: &str| name.strip_prefix('.').is_some_and(|name| name.starts_with(MARK));
-    let own = format!(
-        ".{}.{MARK}",
-        folder.file_name().unwrap_or(OsStr::new("out")).to_string_lossy()
-    );
+    let own = format!("{}{MARK}", beside(folder).to_string_lossy());
     let mut found = named(folder, &inside);
     found.extend(named(&folder.join("frames"), &inside));
     if let Some(parent) = folder.parent() {

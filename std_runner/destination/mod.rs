@@ -140,6 +140,12 @@ impl Destination {
                 folder.display()
             ))
         };
+        if folder.starts_with("~") {
+            return Err(Failure::Input(format!(
+                "the result folder {} begins with ~, which only a shell takes for a home folder; write the whole path, or ./~ for a folder of that name",
+                folder.display()
+            )));
+        }
         let place = resolved(folder).map_err(|astray| match astray {
             Astray::Unknown(error) => cannot(error),
             Astray::Dangling { link, to } => Failure::File(format!(

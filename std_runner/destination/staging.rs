@@ -6,12 +6,32 @@ use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
+use thurible_core::checkpoint::Mix;
 
 /// What their names have after a point, and after that the purpose and the process.
 pub(super) const MARK: &str = "thurible-";
 
 /// Hidden folders of one name that earlier runs may have left behind.
 const LEFT_BEHIND: usize = 100;
+
+/// Bytes of a name to which there is room for the rest of a hidden name, of 255 in all.
+const LONG: usize = 200;
+
+/// What the names of hidden folders beside `folder` begin with, before [`MARK`]. Of a long name they have a part, and a sum of all of it.
+pub(super) fn beside(folder: &Path) -> OsString {
+    let name = folder.file_name().unwrap_or(OsStr::new("out"));
+    let mut hidden = OsString::from(".");
+    if name.len() <= LONG {
+        hidden.push(name);
+    } else {
+        let (text, mut sum) = (name.to_string_lossy(), Mix::new());
+        sum.bytes(name.as_encoded_bytes());
+        let part = text.get(..text.floor_char_boundary(LONG / 2)).unwrap_or("");
+        hidden.push(format!("{part}-{:016x}", sum.finish()));
+    }
+    hidden.push(".");
+    hidden
+}
 
 /// A folder that is removed with all that is left in it.
 #[derive(Debug)]
@@ -29,9 +49,8 @@ impl Staging {
         let (parent, name) = if folder.is_dir() {
             (folder, OsString::from(format!(".{mark}")))
         } else {
-            let mut name = OsString::from(".");
-            name.push(folder.file_name().unwrap_or(OsStr::new("out")));
-            name.push(format!(".{mark}"));
+            let mut name = beside(folder);
+            name.push(mark);
             (folder.parent().unwrap_or(folder), name)
         };
         for attempt in 0..LEFT_BEHIND {

@@ -227,12 +227,21 @@ impl Pictures<'_> {
     }
 }
 
+/// More backquotes than stand side by side anywhere in a text, three at least: what ends it as code.
+fn fence(text: &str) -> String {
+    let longest = text.split(|c| c != '`').map(str::len).max();
+    "`".repeat(longest.unwrap_or(0).max(2) + 1)
+}
+
 /// A block of words or a table in Markdown. A title below a heading ([`Block::Part`]) is one of pictures.
 fn words(block: &Block) -> Option<String> {
     Some(match block {
         Block::Heading(text) => format!("## {text}\n\n"),
         Block::Text(text) => format!("{text}\n\n"),
-        Block::Code(text) => format!("```\n{text}\n```\n\n"),
+        Block::Code(text) => {
+            let fence = fence(text);
+            format!("{fence}\n{text}\n{fence}\n\n")
+        }
         Block::Table(table) => table.markdown() + "\n",
         Block::Part(_) | Block::Charts(_) | Block::Pictures(_) | Block::Strip(_) => return None,
     })

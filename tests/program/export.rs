@@ -392,14 +392,12 @@ fn what_cannot_be_exported_is_refused_and_leaves_the_earlier_one() {
 #[cfg(unix)]
 #[test]
 fn an_export_that_cannot_be_written_leaves_the_earlier_one() {
-    use crate::support::{Ended, thurible};
+    use crate::support::{Ended, with_short_files};
     let result = result("export_full", 3);
     let folder = exported(&result, "out", &["--format", "usd,vti"]);
     let before = sums(&folder);
     for format in ["vdb", "usd,vti,zarr,npz"] {
-        let mut command = std::process::Command::new("sh");
-        command.args(["-c", "trap '' XFSZ; ulimit -f 16; exec \"$@\"", "sh"]);
-        command.arg(thurible().get_program());
+        let mut command = with_short_files(16);
         command.args([
             "export",
             text(&result),

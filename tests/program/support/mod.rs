@@ -17,6 +17,15 @@ pub fn thurible() -> Command {
     command
 }
 
+/// The same, where a shell lets no file grow beyond so many blocks of 512 bytes.
+#[cfg(unix)]
+pub fn with_short_files(blocks: u32) -> Command {
+    let mut command = Command::new("sh");
+    command.args(["-c", &format!("ulimit -f {blocks}; exec \"$@\""), "sh"]);
+    command.arg(thurible().get_program());
+    command
+}
+
 /// A fresh, empty folder for the test `name`.
 pub fn fresh_folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
