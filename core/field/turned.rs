@@ -6,7 +6,7 @@
 //! blocks   some rows of some planes -> columns along z -> columns along y -> rows along x, the symbol, and back
 //! ```
 //!
-//! What a rank has of a field is a [`Brick`] each time. In blocks each turn is among the ranks of a [line](crate::memory::part::Line) alone, where it can be: a
+//! What a rank has of a field is a `Brick` each time. In blocks each turn is among the ranks of a [line](crate::memory::part::Line) alone, where it can be: a
 //! [fast transform](is_fast) takes 32 columns or rows of the box together, x fastest, and bricks end where such groups do.
 
 use super::borders;

@@ -24,7 +24,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         checkpoint::save(self, bytes)
     }
 
-    /// As [`Self::save`], piece by piece to `sink`, through one block of [`HEAD`] bytes.
+    /// As [`Self::save`], piece by piece to `sink`, through one block of [`HEAD`](checkpoint::HEAD) bytes.
     ///
     /// # Errors
     /// [`SavedError::Refused`] where the sink refuses.
@@ -41,7 +41,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         checkpoint::restore(self, bytes)
     }
 
-    /// As [`Self::restore`], piece by piece from `source`, through one block of [`HEAD`] bytes. A source that is refused
+    /// As [`Self::restore`], piece by piece from `source`, through one block of [`HEAD`](checkpoint::HEAD) bytes. A source that is refused
     /// for what its first bytes say has changed nothing; where it ends early, or a later field is damaged, the solver is of no use any more.
     ///
     /// # Errors

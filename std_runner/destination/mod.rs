@@ -22,6 +22,9 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
+
+/// Why a name that begins so is none of a result.
+pub(crate) const HOME: &str = "begins with ~, which only a shell takes for a home folder; write the whole path, or ./~ for a folder of that name";
 use written::{MANIFEST, Written, is_result, manifest_of};
 
 /// A folder for what grows while a result is made.
@@ -142,7 +145,7 @@ impl Destination {
         };
         if folder.starts_with("~") {
             return Err(Failure::Input(format!(
-                "the result folder {} begins with ~, which only a shell takes for a home folder; write the whole path, or ./~ for a folder of that name",
+                "the result folder {} {HOME}",
                 folder.display()
             )));
         }

@@ -7,8 +7,9 @@ use super::method::{advection, method};
 use super::model::{Control, Flow, Grid, Output, Scene, Time};
 use super::raw::{RawControl, RawFlow, RawGrid, RawScene, RawTime, read};
 use super::{shapes, templates};
+use crate::destination::HOME;
 use crate::exit::Failure;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use thurible_core::choices::Numbers;
 use thurible_core::problem::{CELLS, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS};
 use thurible_core::words::UnknownWord;
@@ -76,6 +77,9 @@ fn build(document: Document, raw: RawScene) -> Result<Scene, Failure> {
     let folder = raw.output.folder.unwrap_or_else(|| "out".into());
     if folder.is_empty() {
         return Err(document.refuse("output.folder", "is empty; write the name of a folder"));
+    }
+    if Path::new(&folder).starts_with("~") {
+        return Err(document.refuse("output.folder", HOME));
     }
     let output = Output {
         folder: document.folder().join(folder),

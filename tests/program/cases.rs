@@ -159,9 +159,11 @@ fn names_of_results() {
         2,
         "nothing is left behind"
     );
-    let ended = run(&["solve", &scene, "--quiet", "--set", "output.folder=\"~/x\""]);
-    assert_eq!(ended.code, 2, "{}", ended.err);
-    assert!(ended.err.contains("only a shell"), "{}", ended.err);
+    for home in [["--set", "output.folder=\"~/x\""], ["-o", "~/x"]] {
+        let ended = run(&[&["solve", &scene, "--quiet"][..], &home].concat());
+        assert_eq!(ended.code, 2, "{}", ended.err);
+        assert!(ended.err.contains("only a shell"), "{}", ended.err);
+    }
 }
 
 /// A file that grows beyond what the shell allows ends the program by a sentence, not by a signal; what it began is gone.
