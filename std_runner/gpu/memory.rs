@@ -5,6 +5,8 @@ use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, Limits};
 /// Numbers to a multiple of which every field is padded, so that any of them may be bound alone.
 const ALIGNED: usize = 64;
 const BYTES: u64 = 4;
+/// Bytes of a buffer at most, whatever a device allows: a kernel's offsets stay below 2^31, where no driver takes one for negative.
+const MOST: u64 = 1 << 31;
 
 /// Some steps of a field, as kernels see them.
 #[derive(Clone, Debug)]
@@ -55,7 +57,8 @@ pub fn apart(cells: usize) -> usize {
 
 /// Bytes of a step that a device binds at once at most.
 fn at_once(limits: &Limits) -> u64 {
-    limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+    let allowed = limits.max_storage_buffer_binding_size;
+    allowed.min(limits.max_buffer_size).min(MOST)
 }
 
 impl Size {
