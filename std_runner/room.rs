@@ -4,28 +4,11 @@ use std::path::Path;
 
 /// Bytes that the user may still write to the disc of `folder`, or of the closest folder above it that is there; `None` where the system
 /// does not say.
-#[cfg(target_os = "linux")]
-#[expect(unsafe_code, reason = "statvfs is a call of the system")]
 pub fn free_at(folder: &Path) -> Option<u64> {
-    use std::os::unix::ffi::OsStrExt;
     let there = folder.ancestors().find(|folder| folder.is_dir())?;
-    let path = std::ffi::CString::new(there.as_os_str().as_bytes()).ok()?;
-    let mut found = core::mem::MaybeUninit::<libc::statvfs>::zeroed();
-    // SAFETY: the path ends with a zero byte, and the structure is as large as the system's and all zero, which is a value of it.
-    let found = unsafe {
-        if libc::statvfs(path.as_ptr(), found.as_mut_ptr()) != 0 {
-            return None;
-        }
-        found.assume_init()
-    };
+    let found = fs4::statvfs(there).ok()?;
     // File systems that know no size say 0 of everything.
-    (found.f_blocks > 0).then(|| found.f_bavail.saturating_mul(found.f_frsize))
-}
-
-/// As on Linux; elsewhere nobody is asked.
-#[cfg(not(target_os = "linux"))]
-pub fn free_at(_: &Path) -> Option<u64> {
-    None
+    (found.total_space() > 0).then(|| found.available_space())
 }
 
 /// Whether two folders, or the closest ones above them that are there, are on one disc; yes where the system does not say.
