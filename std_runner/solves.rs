@@ -14,9 +14,11 @@ pub(crate) fn solve(options: &RunOptions, request: Request) -> Result<Outcome, F
     if options.device.is_some() {
         devices::steers(&request.scene)?;
     }
-    request
-        .earlier
-        .check(&request.folder, "-o DIR or --name-by-time")?;
+    let others = match request.found {
+        Some(_) => "-o DIR",
+        None => "-o DIR or --name-by-time",
+    };
+    request.earlier.check(&request.folder, others)?;
     if request.scene.method.fluids.chosen {
         fluids::solve(options, request)
     } else {

@@ -1,7 +1,7 @@
 //! The files that a scene names: what they are when a state is kept, and whether they still are.
 
 use crate::exit::Failure;
-use crate::keyframes::ShapeSpec;
+use crate::keyframes::{ShapeSpec, files_beside};
 use crate::scene::{Document, files_of};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -78,6 +78,8 @@ pub(crate) fn inputs_of(document: &Document, others: &[PathBuf]) -> io::Result<V
             gather(document, section, value, &mut paths);
         }
     }
+    let beside: Vec<PathBuf> = paths.iter().flat_map(|path| files_beside(path)).collect();
+    paths.extend(beside.into_iter().filter(|path| path.is_file()));
     paths.iter().map(|path| Input::now(path)).collect()
 }
 
@@ -118,9 +120,12 @@ mod tests {
             "other.png",
             "mask.npy",
             "Font.ttf",
+            "points of it.bin",
         ] {
             fs::write(folder.join(name), name).unwrap();
         }
+        let body = "{\"buffers\": [{\"uri\": \"points%20of%20it.bin\"}, {\"uri\": \"data:;base64,AA==\"}]}";
+        fs::write(folder.join("body.gltf"), body).unwrap();
         let text = "\
 [source]
 shapes = [{ text = \"*\", font = \"Font.ttf\" }, { text = \"F\" }]
@@ -130,6 +135,8 @@ files = \"horse_*.png\"
 [control]
 initial_velocity = { file = \"v.npz\" }
 mask = { file = \"mask.npy\" }
+[[obstacle]]
+mesh = \"body.gltf\"
 [output]
 folder = \"F\"
 ";
@@ -141,7 +148,15 @@ folder = \"F\"
             .collect();
         assert_eq!(
             names,
-            ["Font.ttf", "horse_1.png", "horse_2.png", "mask.npy", "v.npz"]
+            [
+                "Font.ttf",
+                "body.gltf",
+                "horse_1.png",
+                "horse_2.png",
+                "mask.npy",
+                "points of it.bin",
+                "v.npz"
+            ]
         );
         fs::remove_dir_all(&folder).unwrap();
     }

@@ -186,6 +186,17 @@ impl Solve {
         Ok(document)
     }
 
+    /// Whether it is that of `document`, with all that was set, in this precision.
+    pub fn is_of(&self, document: &Document, precision: &str) -> bool {
+        self.text == document.text()
+            && self
+                .assignments
+                .iter()
+                .map(String::as_str)
+                .eq(document.assignments())
+            && self.options.precision == precision
+    }
+
     /// Where the result goes, as the user knows it if he is where he was.
     pub fn destination(&self) -> &Path {
         let here = std::env::current_dir().unwrap_or_default();

@@ -1,5 +1,6 @@
 //! `thurible new NAME`: a commented scene to start from.
 
+use super::schema;
 use crate::condense::{preset, preset_names};
 use crate::console;
 use crate::exit::{DONE, Failure};
@@ -20,7 +21,7 @@ const COMMENTS: usize = 35;
 /// Arguments of `new`.
 #[derive(Args, Debug)]
 pub struct NewArguments {
-    /// Name of the scene; NAME.toml is written.
+    /// Name of the scene; NAME.toml is written, and the schema by which editors check it beside it.
     pub name: PathBuf,
     /// Write this problem of `thurible condense` instead: rod, stretch, cantilever, buckle, noise or spring, or one with _3d at its end.
     #[arg(long, value_name = "P")]
@@ -66,6 +67,9 @@ pub fn run(arguments: &NewArguments) -> Result<u8, Failure> {
             "cannot write {shown}: {error}; choose a folder that exists and can be written"
         )),
     })?;
+    if arguments.preset.is_none() {
+        schema::write_beside(&path)?;
+    }
     if !arguments.quiet {
         console::print(&format!(
             "wrote {shown}; solve it with: thurible {command} {shown}"

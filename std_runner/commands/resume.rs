@@ -1,7 +1,8 @@
 //! `thurible resume DIR`: a solve that was not finished, on from the last state that was kept of it.
 
 use super::options::{OnDevice, Running, Sharing, Watching};
-use crate::checkpoint::{self, Earlier, Every, Found, Solve};
+use crate::checkpoint::{self, Every, Found, Solve};
+use crate::destination::{self, place_of};
 use crate::devices::Searching;
 use crate::exit::Failure;
 use crate::interrupt::Interrupt;
@@ -39,6 +40,9 @@ pub struct ResumeArguments {
     /// Where the result goes [default: where it was to go].
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
+    /// Write over another result that the folder of -o holds.
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// Goes on with a solve; the answer is the exit code.
@@ -56,6 +60,7 @@ pub fn run(arguments: &ResumeArguments) -> Result<u8, Failure> {
         checkpoint: arguments.checkpoint.unwrap_or_default(),
         watch: arguments.watching.watch,
         output: arguments.output.as_deref(),
+        force: arguments.force,
         interrupt: None,
         clock,
     };
@@ -81,6 +86,8 @@ pub(super) struct On<'a> {
     pub watch: Option<u16>,
     /// Where the result goes, if not where it was to go.
     pub output: Option<&'a Path>,
+    /// Whether another result that is there may go.
+    pub force: bool,
     /// Listens for Ctrl-C; if there is none, the solve listens itself.
     pub interrupt: Option<Interrupt>,
     /// A clock that runs.
@@ -136,8 +143,11 @@ fn asked(solve: &Solve, damaged: &dyn Fn() -> Failure, on: On<'_>) -> Result<(Ru
         },
     })?;
     let scene = scene_of(solve, damaged)?;
-    let folder = on.output.unwrap_or_else(|| solve.destination());
-    let origin = |earlier: &Earlier, option| {
+    let own = solve.destination();
+    let folder = on.output.unwrap_or(own);
+    // What its own folder held, it was allowed to write over when it began.
+    let is_own = place_of(folder) == place_of(own);
+    let origin = |earlier: &checkpoint::Earlier, option| {
         let (_, folder, step) = earlier.clone()?;
         Some(Origin { option, folder, step })
     };
@@ -145,6 +155,7 @@ fn asked(solve: &Solve, damaged: &dyn Fn() -> Failure, on: On<'_>) -> Result<(Ru
         from: origin(&solve.options.from, "--from"),
         reference: origin(&solve.options.reference, "--reference"),
         free: solve.options.free.is_some(),
+        earlier: destination::Earlier::by(is_own || on.force),
         checkpoint: on.checkpoint,
         watch: on.watch,
         interrupt: on.interrupt,

@@ -1,12 +1,16 @@
 //! `thurible scene check SCENE`: draws all of a scene before an hour is spent on it.
 
 use crate::console::{self, print};
+use crate::destination::refuse_others;
 use crate::exit::{DONE, Failure};
 use crate::output::write_bytes;
 use crate::preview::{findings, layers, sheet};
 use crate::scene::Scene;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
+
+/// What a picture begins with.
+const PNG: &[u8] = b"\x89PNG\r\n";
 
 /// What is done with a scene without solving it.
 #[derive(Debug, Subcommand)]
@@ -32,13 +36,14 @@ pub struct CheckArguments {
 pub fn run(command: &SceneCommand) -> Result<u8, Failure> {
     let SceneCommand::Check(arguments) = command;
     let scene = Scene::load(&arguments.scene, &arguments.set, None)?;
-    let mut notes = Vec::new();
-    let drawn = layers(&scene, &mut notes)?;
     let stem = arguments.scene.file_stem().unwrap_or_default().to_string_lossy();
     let path = arguments
         .output
         .clone()
         .unwrap_or_else(|| format!("{stem}.check.png").into());
+    refuse_others(&path, PNG, "PNG")?;
+    let mut notes = Vec::new();
+    let drawn = layers(&scene, &mut notes)?;
     let canvas = scene.canvas();
     let failed = |error: crate::output::OutputError| Failure::File(error.to_string());
     let png = sheet(&canvas, &drawn, &path).map_err(failed)?;

@@ -1,11 +1,17 @@
 //! `thurible schema`: the JSON schema of a scene, for editors.
 
 use crate::console::print;
+use crate::destination::refuse_others;
 use crate::exit::{DONE, Failure};
 use crate::output::write_bytes;
 use crate::scene::schema;
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+/// What a schema begins with.
+const BEGIN: &[u8] = b"{\n  \"$schema\"";
+/// The file that the first line of a new scene names.
+const BESIDE: &str = "thurible.schema.json";
 
 /// Arguments of `schema`.
 #[derive(Args, Debug)]
@@ -17,11 +23,29 @@ pub struct SchemaArguments {
 
 /// Prints or writes it; the answer is the exit code.
 pub fn run(arguments: &SchemaArguments) -> Result<u8, Failure> {
-    let text = format!("{:#}", schema());
     match &arguments.output {
-        None => print(&text),
-        Some(path) => write_bytes(path, format!("{text}\n").as_bytes())
-            .map_err(|error| Failure::File(error.to_string()))?,
+        None => print(&text()),
+        Some(path) => {
+            refuse_others(path, BEGIN, "JSON schema")?;
+            write(path)?;
+        }
     }
     Ok(DONE)
+}
+
+/// Writes it beside `scene`, unless a file that is no schema has its name.
+pub(super) fn write_beside(scene: &Path) -> Result<(), Failure> {
+    let path = scene.with_file_name(BESIDE);
+    match refuse_others(&path, BEGIN, "JSON schema") {
+        Ok(()) => write(&path),
+        Err(_) => Ok(()),
+    }
+}
+
+fn text() -> String {
+    format!("{:#}", schema())
+}
+
+fn write(path: &Path) -> Result<(), Failure> {
+    write_bytes(path, (text() + "\n").as_bytes()).map_err(|error| Failure::File(error.to_string()))
 }

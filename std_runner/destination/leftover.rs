@@ -27,7 +27,9 @@ fn left_behind(folder: &Path) -> Vec<PathBuf> {
     let inside = |name: &str| name.strip_prefix('.').is_some_and(|name| name.starts_with(MARK));
     let own = format!("{}{MARK}", beside(folder).to_string_lossy());
     let mut found = named(folder, &inside);
-    found.extend(named(&folder.join("frames"), &inside));
+    for below in named(folder, &|name: &str| !name.starts_with('.')) {
+        found.extend(named(&below, &inside));
+    }
     if let Some(parent) = folder.parent() {
         found.extend(named(parent, &|name: &str| name.starts_with(&own)));
     }

@@ -4,6 +4,7 @@
 //! those are replaced, if they still are what was found before the solve. Where something of the user's stands in the way of a file
 //! by then, or the folder cannot be written to any more, the result goes elsewhere.
 
+mod alone;
 mod fill;
 mod leftover;
 mod moves;
@@ -11,6 +12,7 @@ mod resolve;
 mod staging;
 mod written;
 
+pub(crate) use alone::refuse_others;
 pub(crate) use fill::RUN_AGAIN;
 pub(crate) use resolve::shown;
 
@@ -221,16 +223,19 @@ impl Destination {
             above.into_iter().try_for_each(sync_folder)?;
         }
         Staging::new(&self.folder, "probe")?;
-        let below: BTreeSet<&Path> = self
+        // The folders in it alone: an array in pieces has a thousand below its own.
+        let below: BTreeSet<PathBuf> = self
             .planned
             .iter()
             .chain(self.written.files())
-            .filter_map(|file| file.parent())
+            .filter_map(|file| {
+                let mut parts = file.components();
+                let first = parts.next().filter(|_| parts.next().is_some())?;
+                Some(self.folder.join(first))
+            })
             .collect();
-        let below = below.into_iter().map(|folder| self.folder.join(folder));
-        below
-            .filter(|folder| folder.is_dir())
-            .try_for_each(|folder| Staging::new(&folder, "probe").map(drop))
+        let mut there = below.into_iter().filter(|folder| folder.is_dir());
+        there.try_for_each(|folder| Staging::new(&folder, "probe").map(drop))
     }
 
     /// A hidden folder on the file system of the result, which is removed with what is left in it.

@@ -42,6 +42,7 @@ pub use earlier::Earlier;
 pub use error::ShapeError;
 pub use frames::{Frame, Frames, has_array};
 pub(crate) use measured::{Measured, entries, measured};
+pub(crate) use mesh::files_beside;
 pub use note::Note;
 pub(crate) use raster::DENSEST;
 pub use series::Series;

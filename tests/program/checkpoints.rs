@@ -220,13 +220,31 @@ fn what_was_changed_since_is_refused_by_name() {
         "{}",
         anew.err
     );
+    // Elsewhere there is another result.
+    let other = [
+        "solve",
+        "scene.toml",
+        "-o",
+        "elsewhere",
+        "--set",
+        "method.iterations=1",
+        "--quiet",
+    ];
+    assert!(matches!(ended(&folder, &other).code, 0 | 5));
+    let there = fs::read(folder.join("elsewhere/result.npz")).unwrap();
+    let elsewhere = ["resume", "out.checkpoint", "-o", "elsewhere", "--quiet"];
+    let kept = ended(&folder, &elsewhere);
+    assert!(
+        kept.code == 4 && kept.err.contains("holds a result already") && kept.err.contains("--force"),
+        "{}",
+        kept.err
+    );
+    assert_eq!(fs::read(folder.join("elsewhere/result.npz")).unwrap(), there);
     // The text of the scene is with the state, its file is not needed.
     fs::remove_file(&scene).unwrap();
-    let on = ended(
-        &folder,
-        &["resume", "out.checkpoint", "-o", "elsewhere", "--quiet"],
-    );
+    let on = ended(&folder, &[&elsewhere[..], &["--force"]].concat());
     assert!(matches!(on.code, 0 | 5), "{}", on.err);
+    assert_ne!(fs::read(folder.join("elsewhere/result.npz")).unwrap(), there);
     assert!(folder.join("elsewhere/result.npz").is_file() && !folder.join("out.checkpoint").exists());
     let nothing = ended(&folder, &["resume", "out"]);
     assert!(
@@ -360,6 +378,10 @@ fn leftovers_of_killed_runs_are_removed() {
     // Killed before it was locked, or after its lock had gone.
     let empty = folder.join("out/.thurible-probe-1");
     fs::create_dir(&empty).unwrap();
+    // Killed when it looked at a folder of an export.
+    let below = folder.join("out/volumes/.thurible-probe-999999");
+    fs::create_dir_all(&below).unwrap();
+    fs::write(below.join("lock"), "").unwrap();
     // Killed when the states had gone, and files that they need had not.
     let stateless = folder.join("out.checkpoint");
     fs::create_dir(&stateless).unwrap();
@@ -368,9 +390,10 @@ fn leftovers_of_killed_runs_are_removed() {
     let refused = ended(&folder, &solve[..solve.len() - 1]);
     assert!(refused.err.contains("holds a result already"), "{}", refused.err);
     assert!(arrays(&folder) == before);
-    for left in [hidden, beside, empty, stateless] {
+    for left in [hidden, beside, empty, below, stateless] {
         assert!(!left.exists(), "{} is left behind", left.display());
     }
+    fs::remove_dir(folder.join("out/volumes")).unwrap();
     let mut found: Vec<_> = fs::read_dir(folder.join("out"))
         .unwrap()
         .map(|entry| entry.unwrap().file_name())

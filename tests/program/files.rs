@@ -13,6 +13,13 @@ fn a_new_scene_solves_as_it_is() {
     let ended = run(&["new", name.to_str().unwrap()]);
     assert_eq!((ended.code, ended.err.as_str()), (0, ""));
     let scene = folder.join("my smoke.toml");
+    let schema: Value = crate::support::json(&folder.join("thurible.schema.json"));
+    assert_eq!(schema["title"], "A scene for thurible");
+    assert!(
+        fs::read_to_string(&scene)
+            .unwrap()
+            .starts_with("#:schema ./thurible.schema.json\n")
+    );
     let ended = run(&[
         "solve",
         scene.to_str().unwrap(),

@@ -1,5 +1,6 @@
 //! A scene with every value of some keys; and what shells and `man` are told.
 
+use crate::checkpoints::{ended, folder_with, killed};
 use crate::support::{fresh_folder, json, run, thurible};
 use serde_json::Value;
 use std::fs;
@@ -87,6 +88,70 @@ fn every_combination_is_solved_once() {
             refused.err
         );
     }
+}
+
+/// A run that was not finished goes on where the sweep is now, and not where its state says that it was; the state of other settings stays.
+#[test]
+fn what_was_not_finished_goes_on_in_a_sweep() {
+    let folder = folder_with(
+        "sweep_killed",
+        &SCENE.replace("iterations = 2", "iterations = 60"),
+    );
+    let run = "001_control.force_weight=1e2";
+    let solve = |out: &str, set: &[&str]| {
+        let first = ["solve", "scene.toml", "--checkpoint", "every=1", "-o"];
+        let set = set.iter().flat_map(|set| ["--set", *set]);
+        first
+            .into_iter()
+            .chain([out])
+            .chain(set)
+            .map(str::to_owned)
+            .collect::<Vec<_>>()
+    };
+    let endless = ["method.direct.tolerance=1e-12", "control.force_weight=1e2"];
+    let begun = |out: &str, set: &[&str]| {
+        let solve = solve(out, set);
+        killed(&folder, &solve.iter().map(String::as_str).collect::<Vec<_>>(), 3);
+    };
+    let sweep = |out: &str, more: &[&str]| {
+        let sweep = [
+            "sweep",
+            "scene.toml",
+            "--set",
+            endless[0],
+            "--vary",
+            "control.force_weight=1e2,1e3",
+            "-o",
+            out,
+        ];
+        ended(&folder, &[&sweep[..], &["--quiet"], more].concat())
+    };
+    let second = sweep("before", &["--only", "2"]);
+    assert!(matches!(second.code, 0 | 5), "{}", second.err);
+    begun(&format!("before/{run}"), &endless);
+    fs::rename(folder.join("before"), folder.join("moved")).unwrap();
+    let moved = sweep("moved", &[]);
+    assert!(matches!(moved.code, 0 | 5), "{}", moved.err);
+    assert!(folder.join("moved").join(run).join("result.npz").is_file() && !folder.join("before").exists());
+    assert_eq!(
+        json(&folder.join("moved/sweep.json"))["rows"]
+            .as_array()
+            .unwrap()
+            .len(),
+        2
+    );
+    assert!(matches!(sweep("other", &["--only", "2"]).code, 0 | 5));
+    begun(&format!("other/{run}"), &[endless[0], "control.force_weight=1e4"]);
+    let refused = sweep("other", &[]);
+    assert!(
+        refused.code == 4
+            && refused
+                .err
+                .contains("holds the state of another scene, of other settings"),
+        "{}",
+        refused.err
+    );
+    assert!(folder.join("other").join(format!("{run}.checkpoint")).exists());
 }
 
 #[test]

@@ -144,16 +144,25 @@ impl SweepArguments {
             arrays: true,
             images: scene.output.frames,
         });
-        if let (false, Some(report)) = (self.force, report_in(&run.folder)) {
-            if is_of(&report, &scene, options.plan.precision.name()) {
-                return Ok(DONE);
-            }
+        let precision = options.plan.precision.name();
+        let another = |what: &str| {
             let shown = run.folder.display();
-            return Err(Failure::File(format!(
-                "{shown} holds the result of another scene, of other settings or of another precision: choose another folder with -o DIR, or solve all again with --force"
-            )));
+            Failure::File(format!(
+                "{shown} holds {what} of another scene, of other settings or of another precision: choose another folder with -o DIR, or solve all again with --force"
+            ))
+        };
+        if let (false, Some(report)) = (self.force, report_in(&run.folder)) {
+            return if is_of(&report, &scene, precision) {
+                Ok(DONE)
+            } else {
+                Err(another("the result"))
+            };
         }
         if !self.force && checkpoint::is_there(&run.folder) {
+            let found = checkpoint::open(&run.folder)?;
+            if !found.solve.is_of(&scene.document, precision) {
+                return Err(another("the state"));
+            }
             let on = resume::On {
                 sharing: Sharing::default(),
                 device: None,
@@ -162,12 +171,14 @@ impl SweepArguments {
                 mode: self.options.mode(),
                 checkpoint: self.checkpoint.unwrap_or_default(),
                 watch: None,
-                output: None,
+                // A sweep may have been moved since.
+                output: Some(&run.folder),
+                force: true,
                 interrupt: Some(interrupt.clone()),
                 clock,
                 ranks: None,
             };
-            return resume::go_on(checkpoint::open(&run.folder)?, on);
+            return resume::go_on(found, on);
         }
         checkpoint::refuse_states(&run.folder, self.force)?;
         let request = Request {

@@ -1,7 +1,7 @@
 //! What a glTF file is made of: its text, the buffer behind it, names of others.
 
 use std::borrow::Cow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -56,14 +56,22 @@ pub(super) fn buffer<'a>(
     let Some(uri) = uri else {
         return inside.map(Cow::from).ok_or_else(|| broken("a buffer is nowhere"));
     };
-    let held = uri
-        .strip_prefix("data:")
-        .and_then(|rest| rest.split_once(";base64,"));
-    let bytes = match held {
-        Some((_, text)) => STANDARD.decode(text).map_err(|_| broken("a buffer is no base64")),
+    let bytes = match held(uri) {
+        Some(text) => STANDARD.decode(text).map_err(|_| broken("a buffer is no base64")),
         None => beside(&path.with_file_name(plain(uri))),
     };
     bytes.map(Cow::from)
+}
+
+/// What `uri` holds itself, in base64.
+fn held(uri: &str) -> Option<&str> {
+    let (_, text) = uri.strip_prefix("data:")?.split_once(";base64,")?;
+    Some(text)
+}
+
+/// The file beside the one at `path` that `uri` names, if it names one.
+pub(super) fn named(uri: &str, path: &Path) -> Option<PathBuf> {
+    held(uri).is_none().then(|| path.with_file_name(plain(uri)))
 }
 
 fn beside(path: &Path) -> Result<Vec<u8>, Fault> {

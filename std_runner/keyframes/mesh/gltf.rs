@@ -4,14 +4,14 @@
 use core::ops::Range;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::glb::{AGAIN, broken, buffer, parts};
+use super::glb::{AGAIN, broken, buffer, named, parts};
 use super::scene_graph::{Node, placed};
-use super::surface::{MOST_TRIANGLES, Point, REDUCE, Surface};
+use super::surface::{MOST_TRIANGLES, Point, REDUCE, Surface, bytes_of};
 use crate::keyframes::error::Fault;
 
 #[derive(Default, Deserialize)]
@@ -108,6 +108,15 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Surface, Fault> {
         .get(file.root.scene.unwrap_or(0))
         .map_or(&all, |scene| &scene.nodes);
     placed(&file.root.nodes, roots, &meshes)
+}
+
+/// The files beside the one at `path` that its buffers name. Of one that cannot be read there are none: whoever draws it says so.
+pub(super) fn beside(path: &Path) -> Vec<PathBuf> {
+    let bytes = bytes_of(path).unwrap_or_default();
+    let text = parts(&bytes).map_or(&[][..], |(text, _)| text);
+    let root: Root = serde_json::from_slice(text).unwrap_or_default();
+    let uris = root.buffers.iter().filter_map(|buffer| buffer.uri.as_deref());
+    uris.filter_map(|uri| named(uri, path)).collect()
 }
 
 impl Primitive {

@@ -17,4 +17,5 @@ mod winding;
 
 pub(super) use draw::{Placed, draw};
 pub(super) use place::{Fit, FitKey, Up};
+pub(crate) use read::files_beside;
 pub(super) use voxels::Edge;

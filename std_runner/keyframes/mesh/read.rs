@@ -1,6 +1,6 @@
 //! A mesh file by its extension.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::surface::{Surface, bytes_of};
 use super::{gltf, obj, ply, stl};
@@ -19,6 +19,14 @@ pub(super) fn read(path: &Path) -> Result<Surface, Fault> {
         )),
     }?;
     surface.checked()
+}
+
+/// The files beside the one at `path` that hold a part of its surface.
+pub(crate) fn files_beside(path: &Path) -> Vec<PathBuf> {
+    match extension(path).as_str() {
+        "gltf" | "glb" => gltf::beside(path),
+        _ => Vec::new(),
+    }
 }
 
 /// Whether y points up in files of this kind where nothing is said: so it does in OBJ and glTF as programs write them, not in STL and PLY.
