@@ -50,6 +50,8 @@ pub enum Numbers {
     Below(f64),
     /// Those above 0 and below this one, for the solver too: beyond it nothing is found, or what there is to do has no bound.
     Within(f64),
+    /// Those from 0 up to this one.
+    UpTo(f64),
 }
 
 /// What is chosen.
@@ -111,6 +113,7 @@ impl Numbers {
             Self::NotNegative => number.is_finite() && number >= 0.0,
             Self::Fraction => (0.0..1.0).contains(&number),
             Self::Below(limit) | Self::Within(limit) => number > 0.0 && number < limit,
+            Self::UpTo(most) => (0.0..=most).contains(&number),
         }
     }
 
@@ -123,6 +126,7 @@ impl Numbers {
             Self::Fraction => Err(ProblemError::NotFraction { field, given }),
             Self::Finite => Err(ProblemError::NotFinite { field, given }),
             Self::Within(limit) => Err(ProblemError::NotWithin { field, given, limit }),
+            Self::UpTo(most) => Err(ProblemError::NotUpTo { field, given, most }),
         }
     }
 }
@@ -135,6 +139,7 @@ impl fmt::Display for Numbers {
             Self::NotNegative => write!(f, "a finite number from 0"),
             Self::Fraction => write!(f, "a number from 0 up to but not 1"),
             Self::Below(limit) | Self::Within(limit) => write!(f, "a number above 0 and below {limit}"),
+            Self::UpTo(most) => write!(f, "a number from 0 to {most}"),
         }
     }
 }

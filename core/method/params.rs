@@ -3,6 +3,7 @@
 use super::choices::Choices;
 use super::list::for_each_method;
 use super::refusal::{PlanError, count};
+use crate::problem::positive;
 use crate::words::{Named, named};
 
 /// Most threads that a plan serves.
@@ -105,6 +106,8 @@ impl Params {
         for &method in Method::ALL {
             self.choices(method).check()?;
         }
+        // Else nothing would bound what the Gaussian does not see.
+        positive("guide.smoothness", self.guide.smoothness + self.guide.kinetic)?;
         count("iterations", self.iterations, MAX_ITERATIONS)?;
         count("threads", self.threads, MAX_THREADS)
     }

@@ -80,7 +80,8 @@ impl Problem<'_> {
         not_negative("viscosity", self.viscosity)?;
         let smoothness = self.smoothness.unwrap_or(0.0);
         if !(0.0..=MAX_SMOOTHNESS).contains(&smoothness) {
-            return Err(ProblemError::SmoothnessRange { given: smoothness });
+            let (field, given, most) = ("smoothness", smoothness, MAX_SMOOTHNESS);
+            return Err(ProblemError::NotUpTo { field, given, most });
         }
         match self.filters {
             Some(given) if given > MAX_FILTERS => Err(ProblemError::Filters { given }),

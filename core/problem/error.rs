@@ -1,6 +1,6 @@
 //! Why a problem is refused, in words.
 
-use super::{CELLS, Feature, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS, ShareError, TemplateError};
+use super::{CELLS, Feature, MAX_FILTERS, MAX_STEPS, ShareError, TemplateError};
 use crate::grid::spectrum::MOST_OPEN;
 use crate::words::Named;
 use core::fmt;
@@ -100,10 +100,14 @@ pub enum ProblemError {
         /// What it must be below.
         limit: f64,
     },
-    /// `smoothness` is not from 0 to [`MAX_SMOOTHNESS`].
-    SmoothnessRange {
+    /// A number is not from 0 to a bound.
+    NotUpTo {
+        /// The field.
+        field: &'static str,
         /// The value.
         given: f64,
+        /// The bound.
+        most: f64,
     },
     /// The method cannot do what the problem asks for.
     Unfit {
@@ -224,8 +228,8 @@ impl fmt::Display for ProblemError {
             Self::NotWithin { field, given, limit } => {
                 write!(f, "{field} is {given}; it must be above 0 and below {limit}")
             }
-            Self::SmoothnessRange { given } => {
-                write!(f, "smoothness is {given}; it must be from 0 to {MAX_SMOOTHNESS}")
+            Self::NotUpTo { field, given, most } => {
+                write!(f, "{field} is {given}; it must be from 0 to {most}")
             }
             Self::Unfit { method, feature } => {
                 write!(

@@ -142,7 +142,7 @@ choices!(TrackParams, "track" {
     iterations: flow.iterations, Kind::Count(MOST), "iterations of admm";
     levels: flow.levels, Kind::Count(MAX_LEVELS), "grids of the pyramid at most";
     eta: flow.eta, Kind::Number(Numbers::Below(1.0)), "cells of the next coarser grid along an axis, in parts";
-    sigma: flow.sigma, Kind::Number(Numbers::NotNegative), "blur before a coarser grid, in cells";
+    sigma: flow.sigma, Kind::Number(Numbers::UpTo(WIDEST)), "blur before a coarser grid, in cells";
     warps: flow.warps, Kind::Count(MOST), "how often each grid warps and solves";
     warp: flow.warp, Kind::Word(Warping::WORDS), "how a frame is pulled back by a flow";
     cg_tolerance: flow.cg_tolerance, Kind::Number(Numbers::Below(1.0)),
@@ -202,14 +202,6 @@ impl TrackParams {
     /// [`PlanError`] names the first that is wrong.
     pub fn check(&self) -> Result<(), PlanError> {
         Choices::check(self)?;
-        if self.flow.sigma > WIDEST {
-            let (field, given) = ("track.sigma", self.flow.sigma as usize);
-            return Err(PlanError::OutOfRange {
-                field,
-                given,
-                most: WIDEST as usize,
-            });
-        }
         count("threads", self.threads, MOST)
     }
 }

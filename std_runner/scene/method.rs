@@ -88,6 +88,11 @@ pub(super) fn method(
         };
         choose(document, key, given, params.choices_mut(method))?;
     }
+    if params.guide.smoothness + params.guide.kinetic == 0.0 {
+        let why =
+            "is 0, and so is `kinetic`: one of them must be above 0, or a correction would have no price";
+        return Err(document.refuse("method.guide.smoothness", why));
+    }
     Ok(MethodSection {
         params,
         windows,

@@ -103,6 +103,7 @@ fn number(numbers: Numbers) -> Value {
         Numbers::Below(limit) | Numbers::Within(limit) => {
             json!({ "type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": limit })
         }
+        Numbers::UpTo(most) => json!({ "type": "number", "minimum": 0, "maximum": most }),
     }
 }
 

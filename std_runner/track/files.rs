@@ -22,6 +22,8 @@ pub(super) struct Known {
     pub boundary: Option<Vec<Boundary>>,
     pub length: Option<f64>,
     pub dt: Option<f64>,
+    /// What the flow that is tracked cannot know of it.
+    pub remarks: Vec<String>,
 }
 
 /// Frames, and what is known beside them.
@@ -106,24 +108,33 @@ fn known(archive: &Path) -> Known {
     let text = std::fs::read_to_string(archive.with_file_name("report.json")).unwrap_or_default();
     let report: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
     let number = |key: &str| report.get(key).and_then(serde_json::Value::as_f64);
+    let axes = report.get("boundary").and_then(serde_json::Value::as_array);
+    let ends: Option<Vec<_>> = axes.map(|axes| axes.iter().map(end_of).collect());
+    let mut remarks = Vec::new();
+    if ends.iter().flatten().any(Option::is_none) {
+        let why = "the result has open sides, and a flow that is tracked ends there as at walls";
+        remarks.push(why.to_owned());
+    }
+    if report.get("solid").and_then(serde_json::Value::as_bool) == Some(true) {
+        let why = "the result has solid cells, which a flow that is tracked does not know: it may pass through them";
+        remarks.push(why.to_owned());
+    }
     Known {
-        boundary: ends_of(&report),
+        boundary: ends.map(|ends| {
+            ends.into_iter()
+                .map(|end| end.unwrap_or(Boundary::Wall))
+                .collect()
+        }),
         length: number("length"),
         dt: number("dt"),
+        remarks,
     }
 }
 
-/// The boundaries in a report, if a capture may have them.
-fn ends_of(report: &serde_json::Value) -> Option<Vec<Boundary>> {
-    let words = report.get("boundary")?.as_array()?;
-    words
-        .iter()
-        .map(|word| {
-            Boundary::from_name(word.as_str()?)
-                .ok()
-                .filter(|end| ENDS.contains(end))
-        })
-        .collect()
+/// How an axis ends, as a report says it, if a capture may have that.
+fn end_of(word: &serde_json::Value) -> Option<Boundary> {
+    let end = Boundary::from_name(word.as_str()?).ok()?;
+    ENDS.contains(&end).then_some(end)
 }
 
 /// The frames of a folder: all files of one kind, by number.

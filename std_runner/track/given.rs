@@ -52,7 +52,7 @@ impl Given {
             length: scene.length.or(known.length).unwrap_or(1.0),
             dt: scene.dt.or(known.dt).unwrap_or(1.0),
             density_scale: 1.0,
-            remarks: Vec::new(),
+            remarks: [scene.unheard(), known.remarks].concat(),
         };
         let largest = given.look(scene)?;
         given.density_scale = scene.density_scale.unwrap_or(FULL / largest);

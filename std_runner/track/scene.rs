@@ -6,7 +6,7 @@ use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use thurible_core::choices::{Choices, Numbers};
 use thurible_core::flow::Minimiser;
-use thurible_core::{Boundary, TrackParams};
+use thurible_core::{Boundary, Named, TrackParams};
 use toml::{Table, Value};
 
 /// The boundaries that a capture may have.
@@ -71,6 +71,14 @@ impl Wanted {
         }
     }
 }
+
+/// Keys of `[track]` that one method alone hears.
+const OF_ONE_METHOD: [(&str, Minimiser); 4] = [
+    ("gamma", Minimiser::HornSchunck),
+    ("lambda", Minimiser::Admm),
+    ("iterations", Minimiser::Admm),
+    ("tolerance", Minimiser::Admm),
+];
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -157,6 +165,23 @@ impl CaptureScene {
             files,
             document,
         })
+    }
+
+    /// Says which keys are given that the chosen method does not hear.
+    pub fn unheard(&self) -> Vec<String> {
+        let given = self.document.table().get("track").and_then(Value::as_table);
+        let chosen = self.params.flow.minimiser;
+        let others = OF_ONE_METHOD
+            .iter()
+            .filter(|(key, method)| *method != chosen && given.is_some_and(|given| given.contains_key(*key)));
+        let said = |(key, method): &(&str, Minimiser)| {
+            format!(
+                "`track.{key}` is for {} alone, and does nothing with {}",
+                method.name(),
+                chosen.name()
+            )
+        };
+        others.map(said).collect()
     }
 
     /// How each of `axes` axes ends, `otherwise` where the file says nothing.

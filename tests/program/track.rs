@@ -166,6 +166,49 @@ fn every_method_and_option_is_taken() {
     }
 }
 
+/// What a result has and a tracked flow does not know is said, and so is a key of another method; rings are known all the same.
+#[test]
+fn what_is_not_known_of_a_result_is_said() {
+    let flow = fresh_folder("track_unknown").join("flow");
+    let simulate = [
+        "simulate",
+        "examples/small_odd.toml",
+        "-o",
+        flow.to_str().unwrap(),
+        "--quiet",
+        "--set",
+        "output.frames=false",
+        "--set",
+        "flow.buoyancy=0.05",
+        "--set",
+        "grid.boundary=[\"periodic\", \"open_high\"]",
+        "--set",
+        "obstacle=[{box={min=[0.0,0.0],max=[0.2,0.2]}}]",
+    ];
+    let ended = run(&simulate);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let out = flow.with_file_name("out");
+    let more = ["--set", "capture.first=1", "--set", "track.gamma=5"];
+    let ended = track(&flow, &out, &more);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    for words in [
+        "open sides",
+        "solid cells",
+        "`track.gamma` is for horn_schunck alone",
+    ] {
+        assert!(ended.err.contains(words), "{words}: {}", ended.err);
+    }
+    let report = report(&out);
+    assert_eq!(report["remarks"].as_array().unwrap().len(), 3);
+    assert_eq!(report["boundary"], serde_json::json!(["periodic", "wall"]));
+    let wide = track(&flow, &out, &["--set", "track.sigma=50"]);
+    assert!(
+        wide.code == 2 && wide.err.contains("from 0 to 32"),
+        "{}",
+        wide.err
+    );
+}
+
 #[test]
 fn frames_come_in_files_and_captures() {
     let frames = files("track_files", &[8, 9, 10]);

@@ -80,8 +80,8 @@ impl Default for GuideParams {
 choices!(GuideParams, "guide" {
     radius: radius, Kind::Number(Numbers::Within(64.0)),
         "what is larger than so many cells follows the given flow";
-    smoothness: smoothness, Kind::Number(Numbers::Positive),
-        "how smooth the correction of a step is";
+    smoothness: smoothness, Kind::Number(Numbers::NotNegative),
+        "how smooth the correction of a step is; 0 where it has a price of its kinetic energy";
     kinetic: kinetic, Kind::Number(Numbers::NotNegative),
         "how dear the kinetic energy of the correction is";
     penalty: penalty, Kind::Number(Numbers::Positive),
