@@ -122,11 +122,27 @@ fn ahead(problem: &OwnedProblem, start: usize, steps: usize) -> Option<Ahead> {
     }
     keyframes.push((next, rounded(far)));
     let seen = problem.keyframes.iter().take(next).map(from).max().unwrap_or(0);
-    (within * stride > seen.max(1)).then_some(Ahead {
+    // No force changes where the first long step leads.
+    (within > 1 && within * stride > seen).then_some(Ahead {
         stride,
         keyframes,
         within,
     })
+}
+
+/// Says of windows that see neither a keyframe nor the way to the next one, since that is too far away for their length.
+pub fn blind(windows: &[Window], problem: &OwnedProblem) -> Option<String> {
+    let away = |window: &Window| {
+        let end = window.start + window.steps;
+        let next = problem.keyframes.iter().find(|&&step| step > end)?;
+        (!window.is_searched()).then_some((window.start, *next, window.steps))
+    };
+    let (start, next, steps) = windows.iter().find_map(away)?;
+    let far = next - start;
+    let least = (2..=far).find(|least| least / far.div_ceil(*least) > 1)?;
+    Some(format!(
+        "A window of {steps} steps is too short to see from step {start} the way to the keyframe at step {next}: until it is nearer, nothing is searched for. Take `method.window` of {least} or more."
+    ))
 }
 
 /// The numbers of those that are `there`.
@@ -340,6 +356,26 @@ mod tests {
                     .all(|window| window.is_searched() == (window.start < 11))
             );
         }
+    }
+
+    /// A way of which no long step but the first is in the window is none.
+    #[test]
+    fn a_window_that_is_too_short_is_told() {
+        let problem = OwnedProblem::new(vec![8, 8], vec![80]);
+        let of = |length: usize| {
+            let stride = length / 2;
+            Windows { length, stride }.of(&problem)
+        };
+        let short = of(10);
+        assert!(!short[0].is_searched() && short[6].ahead.is_some());
+        let said = blind(&short, &problem).unwrap_or_default();
+        assert!(
+            said.contains("of 10 steps") && said.contains("of 14 or more"),
+            "{said}"
+        );
+        assert!(of(14)[0].is_searched() && blind(&of(14), &problem).is_none());
+        let seen = OwnedProblem::new(vec![8, 8], vec![8]);
+        assert!(blind(&Windows { length: 4, stride: 2 }.of(&seen), &seen).is_none());
     }
 
     #[test]

@@ -14,6 +14,8 @@ use crate::real::Real;
 
 /// A density of whose mass no more than this part is outside solid cells is refused.
 const BURIED: f64 = 1e-2;
+/// And one of no more than this, where it is nowhere half as dense as inside them: what is left is the soft edge of a shape.
+const EDGE: f64 = 0.25;
 
 impl<T: Real, S: Space> Solver<'_, T, S> {
     /// Sets which cells are solid, before any density: one flag for each cell, x fastest. Densities are 0 there, whatever is given.
@@ -198,7 +200,9 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         let (n, whole) = (grid.n[0], grid.whole());
         let layout = FileLayout::of_cells(&whole);
         check(density, layout.len())?;
-        let mass = layout.runs().fold(0.0, |sum, Run { row, x, file, count }| {
+        let begin = (0.0, 0.0);
+        let sum = |(sum, most): (f64, f64), x: &T| (sum + x.to_f64(), most.max(x.to_f64()));
+        let (mass, densest) = layout.runs().fold(begin, |found, Run { row, x, file, count }| {
             let table = solids.row(n, row);
             let in_fluid = |&(at, _): &(usize, &T)| match self.is_shared() {
                 true => !self.shared.is_solid(file + at),
@@ -208,10 +212,11 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
                 .iter()
                 .enumerate()
                 .filter(in_fluid)
-                .fold(sum, |sum, (_, x)| sum + x.to_f64())
+                .fold(found, |found, (_, x)| sum(found, x))
         });
-        let whole: f64 = density.iter().map(|x| x.to_f64()).sum();
-        match mass > BURIED * whole {
+        let (whole, most) = density.iter().fold(begin, sum);
+        let is_edge = densest < 0.5 * most && mass <= EDGE * whole;
+        match mass > BURIED * whole && !is_edge {
             true => Ok(mass),
             false if whole > 0.0 => Err(InputError::Buried),
             false => Err(InputError::Empty),

@@ -61,7 +61,13 @@ impl ShapeSpec {
         let mut cells = self.draw(place, edge, notes)?;
         let largest = cells.iter().copied().fold(0.0, f64::max);
         if largest < FAINTEST {
-            let remedy = "move it into the box or make it larger; in a picture, `ink` says what is smoke";
+            let remedy = match name {
+                "image" => "make its ink darker; `ink` says what is smoke in it",
+                "mesh" => {
+                    "move it into the box, which begins at 0 along each axis and has z up: with up = \"y\" the file's (x, y, z) is at (x, -z, y) there; without `fit` it is made to fit"
+                }
+                _ => "move it into the box or make it larger",
+            };
             return Err(ShapeError::key(name, "puts nothing into the box", remedy));
         }
         cells.iter_mut().for_each(|cell| *cell *= density);

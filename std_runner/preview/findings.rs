@@ -91,13 +91,19 @@ fn fast(scene: &Scene, canvas: &Canvas, layers: &[Layer]) -> Vec<String> {
         }
         let steps = stay.first.saturating_sub(last + still);
         let near = dilated(canvas, &from, COURANT.saturating_mul(steps));
-        let (all, beyond) = layer
+        // Where it does not matter nothing has to come.
+        let region = format!("{}.region", layer.key);
+        let region = layers.iter().find(|other| other.key == region);
+        let weight =
+            |cell: usize| region.map_or(1.0, |region| region.values.get(cell).copied().unwrap_or(0.0));
+        let wanted = layer
             .values
             .iter()
-            .zip(near)
-            .fold((0.0, 0.0), |(all, beyond), (&value, near)| {
-                (all + value, if near { beyond } else { beyond + value })
-            });
+            .enumerate()
+            .map(|(cell, value)| value * weight(cell));
+        let (all, beyond) = wanted.zip(near).fold((0.0, 0.0), |(all, beyond), (value, near)| {
+            (all + value, if near { beyond } else { beyond + value })
+        });
         if beyond > SOME * all {
             found.push(format!(
                 "{} cannot be reached: {:.0} % of it lies farther than {} cells from the smoke at step {last}, {COURANT} cells for each of the \

@@ -50,6 +50,39 @@ fn a_scene_in_order_is_drawn_without_a_warning() {
     assert!(out.contains("keyframe[0], step 4"), "{out}");
 }
 
+/// Neither the scene itself nor anything else that is no picture is drawn over; an earlier picture is.
+#[test]
+fn nothing_but_a_picture_is_drawn_over() {
+    let folder = fresh_folder("scene_check_over");
+    let scene = folder.join("scene.toml");
+    let ball = ball(0.5, 0.5, 0.2);
+    let text = format!("{HEAD}[source]\n{ball}[[keyframe]]\nstep = 4\n{ball}");
+    fs::write(&scene, &text).unwrap();
+    let checked = |over: &std::path::Path| {
+        run(&[
+            "scene",
+            "check",
+            scene.to_str().unwrap(),
+            "-o",
+            over.to_str().unwrap(),
+        ])
+    };
+    let refused = checked(&scene);
+    assert!(
+        refused.code == 4 && refused.err.contains("is there and is no PNG"),
+        "{}",
+        refused.err
+    );
+    assert_eq!(fs::read_to_string(&scene).unwrap(), text);
+    let picture = folder.join("seen.png");
+    assert!(checked(&picture).code == 0 && checked(&picture).code == 0);
+    let over = ["schema", "-o", picture.to_str().unwrap()];
+    assert!(run(&over).err.contains("is no JSON schema"));
+    let schema = folder.join("schema.json");
+    let again = ["schema", "-o", schema.to_str().unwrap()];
+    assert!(run(&again).code == 0 && run(&again).code == 0);
+}
+
 #[test]
 fn what_is_probably_not_meant_is_said() {
     let (source, far) = (ball(0.15, 0.5, 0.1), ball(0.85, 0.5, 0.1));
@@ -58,6 +91,20 @@ fn what_is_probably_not_meant_is_said() {
     let [_, err] = said("far", &scene("", &far));
     assert!(
         err.contains("cannot be reached") && err.contains("farther than 5 cells"),
+        "{err}"
+    );
+    // What is too far away does not matter.
+    let both = format!(
+        "shapes = [{{ {} }}, {{ {} }}]",
+        ball(0.85, 0.5, 0.1).trim(),
+        ball(0.2, 0.5, 0.1).trim()
+    );
+    let [_, err] = said("far_of_two", &scene("", &both));
+    assert!(err.contains("cannot be reached"), "{err}");
+    let here = format!("{both}\nregion = {{ box = {{ min = [0.0, 0.0], max = [0.5, 1.0] }} }}\n");
+    let [out, err] = said("far_outside", &scene("", &here));
+    assert!(
+        !err.contains("cannot be reached") && out.contains("keyframe[0].region"),
         "{err}"
     );
     let large = ball(0.3, 0.5, 0.2);

@@ -16,6 +16,7 @@ use crate::destination::{Aside, Destination};
 use crate::exit::Failure;
 use crate::output::Sample;
 use crate::report;
+use crate::windows;
 use core::mem::MaybeUninit;
 use thurible_core::{Exec, Real, Space, Status};
 use walk::Walk;
@@ -27,7 +28,7 @@ impl Job {
         exec: &dyn Exec,
         block: &mut [MaybeUninit<u8>],
     ) -> Result<Solved, Failure> {
-        let windows = self.planned.windows();
+        let all = self.planned.windows();
         let began_with = self.request.began_with();
         let files = report::files(self.planned.problem.steps, self.options.outputs.images);
         let mut destination = Destination::check(&self.request.folder, files)?;
@@ -49,19 +50,21 @@ impl Job {
             None => walk.masses = masses,
         }
         messages::plan(&watch.display, &self.request.scene, &self.planned);
-        messages::windows(&watch.display, &windows);
+        messages::windows(&watch.display, &all);
+        let blind = windows::blind(&all, &self.planned.problem);
+        blind.iter().for_each(|text| watch.display.warning(text));
         match &reading {
             Some(reading) => messages::goes_on(&watch.display, reading.folder(), &watch),
             None => watch.clock.begin(),
         }
         let mut ended = walk.ended();
         while !walk.is_over()
-            && let Some(window) = windows.get(walk.number())
+            && let Some(window) = all.get(walk.number())
         {
             messages::window(
                 &watch.display,
                 &self.planned.problem,
-                (walk.number(), windows.len()),
+                (walk.number(), all.len()),
                 window,
             );
             ended = walk.through::<T, S>(block, (&mut watch, &mut keeper), window, reading.take())?;
@@ -90,6 +93,7 @@ impl Job {
             let text = "In windows the densities are not compared with those that follow in the result that it goes on from.";
             record.remarks.push(text.into());
         }
+        record.remarks.extend(blind);
         if let Some(short) = messages::short(&record, self.planned.problem.steps) {
             record.remarks.insert(0, short);
         }

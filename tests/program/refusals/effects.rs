@@ -200,6 +200,22 @@ pub const EFFECTS: &[Spoiled] = &[
         "circle = { center = [0.25, 0.25], radius = 0.1 }\n[[obstacle]]\nbox = { min = [0, 0], max = [0.75, 0.75] }",
         &["`source` cannot be used", "inside solid cells"],
     ),
+    // of a keyframe, a mask and an emitter nothing but a soft edge
+    spoiled(
+        TARGET,
+        "circle = { center = [0.8125, 0.8125], radius = 0.12 }\n[[obstacle]]\ncircle = { center = [0.8125, 0.8125], radius = 0.25 }",
+        &["`keyframe[0]` cannot be used", "inside solid cells"],
+    ),
+    spoiled(
+        TARGET,
+        "circle = { center = [0.5, 0.6], radius = 0.3 }\n[control]\nmask = { circle = { center = [0.8125, 0.8125], radius = 0.12 } }\n[[obstacle]]\ncircle = { center = [0.8125, 0.8125], radius = 0.25 }",
+        &["`control.mask`", "allows force nowhere"],
+    ),
+    spoiled(
+        TARGET,
+        "circle = { center = [0.5, 0.6], radius = 0.3 }\n[[emitter]]\nrate = 0.1\ncircle = { center = [0.8125, 0.8125], radius = 0.12 }\n[[obstacle]]\ncircle = { center = [0.8125, 0.8125], radius = 0.25 }",
+        &["`emitter[0]` cannot be used", "inside solid cells"],
+    ),
     spoiled(
         SOURCE,
         "circle = { center = [0.5, 0.5], radius = 0.3 }\n[[obstacle]]\nbox = { min = [-1, -1], max = [2, 2] }",
