@@ -9,6 +9,7 @@
 use super::camera::Camera;
 use super::problem::Tomography;
 use super::rays::Way;
+use super::reconstruction::Buffers;
 use crate::real::Real;
 use crate::walk::Cells;
 
@@ -17,17 +18,12 @@ const STEP: f64 = 0.5;
 /// Cameras are taken in the order of the fractions of k times this.
 const GOLDEN: f64 = 0.618034;
 
-/// What a sweep works on.
-pub(super) struct Work<'a, T> {
-    pub measured: &'a [T],
-    pub residual: &'a mut [T],
-    pub density: &'a mut [T],
-    pub change: &'a mut [T],
-    pub weights: &'a mut [T],
-}
-
-/// One pass over all cameras, and the residual of what came of it.
-pub(super) fn sweep<T: Real, const D: usize>(problem: &Tomography<'_, D>, mut work: Work<'_, T>, relax: f64) {
+/// One pass over all cameras.
+pub(super) fn sweep<T: Real, const D: usize>(
+    problem: &Tomography<'_, D>,
+    buffers: &mut Buffers<'_, T>,
+    relax: f64,
+) {
     let turn = |camera: usize| {
         let place = camera as f64 * GOLDEN;
         place - place as usize as f64
@@ -43,15 +39,19 @@ pub(super) fn sweep<T: Real, const D: usize>(problem: &Tomography<'_, D>, mut wo
         last = turn(number);
         let start = problem.cameras.iter().take(number).map(Camera::len).sum();
         if let Some(camera) = problem.cameras.get(number) {
-            update(&problem.cells, camera, start, &mut work, relax);
+            update(&problem.cells, camera, start, buffers, relax);
         }
     }
+}
+
+/// The residual of the density that is there: what its rays miss.
+pub(super) fn look<T: Real, const D: usize>(problem: &Tomography<'_, D>, buffers: &mut Buffers<'_, T>) {
     let mut start = 0;
     for camera in problem.cameras {
         each_ray(&problem.cells, camera, |pixel, way| {
-            let sum = through(&problem.cells, way, work.density)[0];
-            let measured = work.measured.get(start + pixel).map_or(0.0, |q| q.to_f64());
-            if let Some(residual) = work.residual.get_mut(start + pixel) {
+            let sum = through(&problem.cells, way, buffers.density)[0];
+            let measured = buffers.measured.get(start + pixel).map_or(0.0, |q| q.to_f64());
+            if let Some(residual) = buffers.residual.get_mut(start + pixel) {
                 *residual = T::from_f64(measured - sum);
             }
         });
@@ -63,23 +63,23 @@ fn update<T: Real, const D: usize>(
     cells: &Cells<D>,
     camera: &Camera<D>,
     start: usize,
-    work: &mut Work<'_, T>,
+    buffers: &mut Buffers<'_, T>,
     relax: f64,
 ) {
-    work.change.fill(T::ZERO);
-    work.weights.fill(T::ZERO);
+    buffers.change.fill(T::ZERO);
+    buffers.weights.fill(T::ZERO);
     each_ray(cells, camera, |pixel, way| {
         let Some(way) = way else { return };
-        let [sum, length] = through(cells, Some(way), work.density);
-        let measured = work.measured.get(start + pixel).map_or(0.0, |q| q.to_f64());
+        let [sum, length] = through(cells, Some(way), buffers.density);
+        let measured = buffers.measured.get(start + pixel).map_or(0.0, |q| q.to_f64());
         let missed = (measured - sum) / length.max(f64::MIN_POSITIVE);
         for (footprint, step) in way.steps(cells) {
-            cells.add(work.change, &footprint, step * missed);
-            cells.add(work.weights, &footprint, step);
+            cells.add(buffers.change, &footprint, step * missed);
+            cells.add(buffers.weights, &footprint, step);
         }
     });
-    let changes = work.change.iter().zip(&*work.weights);
-    for (cell, (change, weight)) in work.density.iter_mut().zip(changes) {
+    let changes = buffers.change.iter().zip(&*buffers.weights);
+    for (cell, (change, weight)) in buffers.density.iter_mut().zip(changes) {
         if weight.to_f64() > 0.0 {
             let new = cell.to_f64() + relax * change.to_f64() / weight.to_f64();
             *cell = T::from_f64(new.max(0.0));

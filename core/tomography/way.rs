@@ -158,25 +158,10 @@ impl<T: Real, const D: usize> Reconstruction<'_, T, D> {
     }
 
     fn sweep(&mut self) {
-        let settings = self.problem.settings;
         let problem = self.problem;
-        let Buffers {
-            measured,
-            residual,
-            density,
-            change,
-            weights,
-            ..
-        } = &mut self.buffers;
-        let work = sart::Work {
-            measured,
-            residual,
-            density,
-            change,
-            weights,
-        };
-        sart::sweep(&problem, work, settings.relax);
+        sart::sweep(&problem, &mut self.buffers, problem.settings.relax);
         self.keep_hull();
+        sart::look(&problem, &mut self.buffers);
         self.look_again();
         self.swept += 1;
     }

@@ -1001,6 +1001,32 @@ fn novel_views_take_the_memory_of_their_pixels() {
     }
 }
 
+/// What the visual hull takes from the density after a sweep is missed by the residual: all of it, where nothing is in the hull.
+#[test]
+fn the_residual_of_sart_is_that_of_the_hull() {
+    let cells = Cells { counts: [24, 24] };
+    let cameras = around(8, cells.counts, 34);
+    let q = pictures(&cells, &cameras, &disc(cells.counts));
+    let problem = Tomography {
+        cells,
+        cameras: &cameras,
+        novel: &[],
+        settings: Settings {
+            method: Method::Sart,
+            sweeps: 2,
+            hull_threshold: 1e9,
+            ..Settings::default()
+        },
+    };
+    let mut memory = Memory::new(Reconstruction::<f64, 2>::bytes(&problem).unwrap());
+    let mut found = measured::<f64, 2>(problem, &q, &mut memory);
+    found.begin(0, false).unwrap();
+    let nothing = found.energy().total();
+    while !found.advance(u64::MAX) {}
+    assert!(found.density().iter().all(|&x| x == 0.0));
+    assert_eq!(found.energy().total(), nothing);
+}
+
 /// What a novel view shows is F p of the density, where that is kept too: by the walk to rounding of the places of samples, by SART exactly.
 #[test]
 fn a_novel_view_shows_the_density() {
