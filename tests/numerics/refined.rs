@@ -234,6 +234,38 @@ fn smoke_leaves_on_the_finer_grid() {
     }
 }
 
+/// What transport leaves out is measured by the smoke that there is, whether it was there at first or came later.
+#[test]
+fn smoke_that_is_added_is_carried_as_smoke_that_was_there() {
+    let (cells, ends) = (&[16, 12][..], &boundaries("ww"));
+    let grid = Grid::new(cells, ends);
+    let v: Components<f64> = flow::rough(&mut Random::new(78), &grid, 1, 0.3 * grid.h[0]);
+    let problem = problem(cells, ends, &[]);
+    let unit = problem.length / problem.dt;
+    let smoke: Vec<f64> = (0..grid.cells())
+        .map(|cell| f64::from(u8::from(cell % 16 < 4)))
+        .collect();
+    let carried = |at_first: bool| {
+        let mut memory = Memory::new(Refined::<f64>::bytes(&problem, finer(0, 1)).unwrap());
+        let mut refined = Refined::<f64>::carve(&problem, finer(0, 1), memory.block()).unwrap();
+        if at_first {
+            refined.set_density(&smoke).unwrap();
+        } else {
+            refined.set_density(&vec![0.0; smoke.len()]).unwrap();
+            refined.add(&smoke).unwrap();
+        }
+        for (axis, faces) in files(&grid, &v).into_iter().enumerate() {
+            let faces: Vec<f64> = faces.iter().map(|x| unit * x).collect();
+            refined.set_velocity(axis, &faces).unwrap();
+        }
+        refined.advance(&Serial, &mut Silent).unwrap();
+        let mut rho = vec![f64::NAN; smoke.len()];
+        refined.read_density(&mut rho);
+        rho
+    };
+    assert_eq!(carried(true), carried(false));
+}
+
 #[test]
 fn the_children_of_a_face_carry_what_it_carries() {
     let from = grid(&[6, 5, 4], "wpw");

@@ -53,7 +53,7 @@ impl<T: Real> Refined<'_, T> {
         self.double_cells(exec, smoke)?;
         let n = self.levels.finest.n[0];
         self.levels.solids(0).clear_cells(n, self.next);
-        rows::add(self.rho, self.next);
+        self.add_next();
         Ok(())
     }
 
@@ -98,8 +98,19 @@ impl<T: Real> Refined<'_, T> {
     fn begin(&mut self) {
         let n = self.levels.finest.n[0];
         self.levels.solids(0).clear_cells(n, self.rho);
-        self.largest = self.rho.iter().fold(self.largest, |most, x| most.max(x.to_f64()));
+        self.look();
         self.step = 0;
+    }
+
+    /// Adds the field of the next step to the density.
+    fn add_next(&mut self) {
+        rows::add(self.rho, self.next);
+        self.look();
+    }
+
+    /// What transport leaves out is measured by the densest smoke that there was.
+    fn look(&mut self) {
+        self.largest = self.rho.iter().fold(self.largest, |most, x| most.max(x.to_f64()));
     }
 
     /// Sets how much the flow matters in each cell, above 0: 1 where it does not.
@@ -161,7 +172,7 @@ impl<T: Real> Refined<'_, T> {
     pub fn add(&mut self, smoke: &[T]) -> Result<(), InputError> {
         check(smoke, self.cells())?;
         FileLayout::of_cells(&self.levels.finest).write(smoke, T::ONE, self.next);
-        rows::add(self.rho, self.next);
+        self.add_next();
         Ok(())
     }
 }
