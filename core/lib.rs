@@ -134,7 +134,7 @@ pub use optimise::quasi_newton::history::HistoryPrecision;
 pub use problem::{
     Advection, Emitter, Feature, Problem, ProblemError, Scheme, ShareError, Supply, Template, TemplateKind,
 };
-pub use progress::{Fact, Kind, Objective, Progress, Report, Rule, Status};
+pub use progress::{Fact, Falls, Kind, Objective, Progress, Report, Rule, Status};
 pub use real::Real;
 pub use solver::{
     Elsewhere, InputError, Method, Params, Plan, PlanError, Refined, Refinement, SavedError, Solver,

@@ -206,6 +206,17 @@ pub struct Rule {
     pub value: f64,
     /// The bound.
     pub bound: f64,
+    /// How it falls.
+    pub falls: Falls,
+}
+
+/// How a number that tells of convergence falls from iteration to iteration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Falls {
+    /// By about the same factor: what is left of an error.
+    Geometrically,
+    /// As a power of the number of iterations: what a descent still gains.
+    AsPower,
 }
 
 /// What one outer iteration did.

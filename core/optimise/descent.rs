@@ -10,7 +10,7 @@ use crate::checkpoint::{Damaged, MANY, Record};
 use crate::exec::Exec;
 use crate::field::slot::RETREATS;
 use crate::observe::Observer;
-use crate::progress::{Objective, Progress, Rule, Status};
+use crate::progress::{Falls, Objective, Progress, Rule, Status};
 use crate::real::Real;
 use crate::transport::Stop;
 
@@ -130,6 +130,7 @@ impl Descent {
         progress.rule = before.filter(|_| course.step > 0.0).map(|before| Rule {
             value: (before.total() - objective.total()) / objective.total(),
             bound: tolerance,
+            falls: Falls::AsPower,
         });
         progress.objective = objective;
         Ok((self, outcome))

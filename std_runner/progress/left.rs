@@ -2,7 +2,7 @@
 
 use super::display::iterations_on_the_finest_grid;
 use std::collections::VecDeque;
-use thurible_core::{Progress, Rule};
+use thurible_core::{Falls, Progress, Rule};
 
 /// The fewest iterations by which the end of a search is foretold, and the most.
 const FEWEST: usize = 3;
@@ -12,7 +12,8 @@ const MOST: usize = 64;
 ///
 /// Iterations there take the same time on average. There are as many as the limit leaves, or fewer where the number that the rule of convergence looks at
 /// falls so fast that it is below its bound before: its logarithm over the last 64 iterations, as a line whose slope is the median of those between any
-/// two of them (Theil 1950, Sen 1968). ADMM's number leaps where its step doubles, which a line of least squares follows.
+/// two of them (Theil 1950, Sen 1968), by their number, or by its logarithm where it falls as a power of that. ADMM's number leaps where its step doubles,
+/// which a line of least squares follows.
 #[derive(Clone, Debug, Default)]
 pub struct Pace {
     /// Iterations on the finest grid at most.
@@ -28,6 +29,8 @@ pub struct Pace {
     /// Logarithms of the latest values of the rule, and of its bound.
     values: VecDeque<f64>,
     bound: f64,
+    /// Whether it falls as a power of the number of iterations.
+    is_power: bool,
 }
 
 impl Pace {
@@ -55,12 +58,12 @@ impl Pace {
         if self.first.is_none() {
             (self.begun, self.first) = (before, Some((done, seconds)));
         }
-        if let Some(Rule { value, bound }) = progress.rule {
+        if let Some(Rule { value, bound, falls }) = progress.rule {
             if self.values.len() == MOST {
                 self.values.pop_front();
             }
             self.values.push_back(value.max(f64::MIN_POSITIVE).ln());
-            self.bound = bound.ln();
+            (self.bound, self.is_power) = (bound.ln(), falls == Falls::AsPower);
         }
     }
 
@@ -94,15 +97,20 @@ impl Pace {
 
     /// Iterations until the rule holds, if it goes on as in the latest ones.
     fn foretold(&self) -> Option<f64> {
-        // x counts iterations back from the last one.
-        let latest = || (0..).map(f64::from).zip(self.values.iter().rev());
-        let slopes = latest().flat_map(|(near, late)| {
-            let before = latest().skip_while(move |&(far, _)| far <= near);
-            before.map(move |(far, early)| (early - late) / (far - near))
+        let at = |number: f64| if self.is_power { number.ln() } else { number };
+        let numbers = (0..).map(|back| at(self.done.saturating_sub(back).max(1) as f64));
+        let latest: Vec<(f64, f64)> = numbers.zip(self.values.iter().rev().copied()).collect();
+        let slopes = latest.iter().enumerate().flat_map(|(index, &(near, late))| {
+            let before = latest.get(index + 1..).unwrap_or(&[]);
+            before
+                .iter()
+                .map(move |&(far, early)| (early - late) / (near - far))
         });
         let fall = median(slopes.collect())?;
-        let now = median(latest().map(|(x, y)| y - fall * x).collect())?;
-        (fall > 0.0).then(|| ((now - self.bound) / fall).ceil().max(0.0) + 1.0)
+        let begin = median(latest.iter().map(|(x, y)| y + fall * x).collect())?;
+        let end = (begin - self.bound) / fall;
+        let end = if self.is_power { end.exp() } else { end };
+        (fall > 0.0).then(|| (end - self.done as f64).ceil().max(0.0) + 1.0)
     }
 }
 
@@ -120,7 +128,11 @@ mod tests {
     fn iteration(number: usize, value: f64) -> Progress {
         Progress {
             iteration: number,
-            rule: Some(Rule { value, bound: 1e-4 }),
+            rule: Some(Rule {
+                value,
+                bound: 1e-4,
+                falls: Falls::Geometrically,
+            }),
             ..Progress::default()
         }
     }
@@ -150,6 +162,21 @@ mod tests {
             // It is below the bound after 80 iterations.
             let value = 1e-4 * ((80 - number) as f64 * 0.1).exp();
             pace.note(&iteration(number, value), 3.0 * number as f64);
+        }
+        let left = pace.left().unwrap();
+        assert!((left - 150.0).abs() < 7.0, "{left}");
+    }
+
+    #[test]
+    fn a_gain_that_falls_as_a_power_is_foretold() {
+        let mut pace = Pace::new(1000);
+        for number in 1..=30 {
+            // It is below the bound after 80 iterations.
+            let falls = Falls::AsPower;
+            let value = 1e-4 * (80.0 / f64::from(number)).powf(1.7);
+            let mut progress = iteration(number as usize, value);
+            progress.rule = progress.rule.map(|rule| Rule { falls, ..rule });
+            pace.note(&progress, 3.0 * f64::from(number));
         }
         let left = pace.left().unwrap();
         assert!((left - 150.0).abs() < 7.0, "{left}");

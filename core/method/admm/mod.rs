@@ -36,7 +36,7 @@ use crate::objective::coarse;
 use crate::objective::script::Script;
 use crate::observe::Observer;
 use crate::problem::{Feature, Problem};
-use crate::progress::{Objective, Progress, Rule, Status};
+use crate::progress::{Falls, Objective, Progress, Rule, Status};
 use crate::real::Real;
 use core::marker::PhantomData;
 use history::History;
@@ -272,6 +272,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
         progress.rule = (self.iteration > 1).then_some(Rule {
             value: course.density_change,
             bound: self.setup.params.density_tolerance,
+            falls: Falls::Geometrically,
         });
         ended
     }
