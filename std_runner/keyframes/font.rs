@@ -207,3 +207,18 @@ impl OutlineBuilder for Pencil {
 
     fn close(&mut self) {}
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What tells of how a letter looks leaves no ink of its own, not even the box that stands for an unknown one.
+    #[test]
+    fn selectors_and_joiners_leave_no_ink() {
+        for text in ["F", "F\u{fe0f}", "F\u{200d}", "\u{2060}F"] {
+            let found = set(text, built_in()).map(|lettering| lettering.outlines.len());
+            assert!(matches!(found, Ok(1)), "{text:?}");
+        }
+        assert!(matches!(set("\u{10ffff}", built_in()), Err(Trouble::Text(..))));
+    }
+}

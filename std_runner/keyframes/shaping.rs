@@ -132,3 +132,53 @@ pub(super) fn is_ignorable(letter: char) -> bool {
             | 0x1d173..=0x1d17a | 0xe0000..=0xe0fff
     )
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    fn set(text: &str) -> Vec<Placed> {
+        shape(text, &Face::from_slice(dejavu::sans::bold(), 0).unwrap())
+    }
+
+    /// The letters of a text from left to right, as each glyph stands for them.
+    fn seen(text: &str) -> Vec<&str> {
+        let mut placed = set(text);
+        placed.sort_by(|one, other| one.at[0].total_cmp(&other.at[0]));
+        placed
+            .iter()
+            .map(|glyph| text.get(glyph.letters.clone()).unwrap())
+            .collect()
+    }
+
+    #[test]
+    fn letters_stand_in_the_order_in_which_they_are_read() {
+        assert_eq!(seen("שלום"), ["ם", "ו", "ל", "ש"]);
+        assert_eq!(
+            seen("ab שלום 12"),
+            ["a", "b", " ", "1", "2", " ", "ם", "ו", "ל", "ש"]
+        );
+    }
+
+    #[test]
+    fn letters_join_and_give_way() {
+        // Lam and alef are one glyph, and beh between others is not the one that stands alone.
+        assert_eq!(seen("لا"), ["لا"]);
+        let (alone, joined) = (set("ب"), set("ببب"));
+        assert!(joined.len() == 3 && joined.iter().all(|glyph| glyph.glyph != alone[0].glyph));
+        let (close, apart) = (set("AV"), set("AH"));
+        assert!(close[1].at[0] < apart[1].at[0]);
+    }
+
+    #[test]
+    fn lines_are_centred_one_below_the_other() {
+        let placed = set("H\r\nHH");
+        let [alone, first, second] = [0, 1, 2].map(|number| placed[number].at);
+        let wide = second[0] - first[0];
+        assert_eq!(alone[0], -0.5 * wide);
+        assert_eq!(first[0], -wide);
+        assert!(first[1] == second[1] && first[1] < alone[1] - 0.9 * wide);
+        assert_eq!(placed[1].letters, 3..4);
+    }
+}

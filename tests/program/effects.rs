@@ -2,7 +2,7 @@
 
 use crate::small::refused;
 use crate::support::verify::{Outcome, verify};
-use crate::support::{fresh_folder, run};
+use crate::support::{fresh_folder, json, run};
 use std::fs;
 
 /// Everything at once in 2D, but for what a test sets otherwise.
@@ -162,6 +162,46 @@ fn everything_at_once_by_pd() {
 }
 
 /// A free flow has emitters and buoyancy; keyframes and what belongs to them are left out.
+/// Each effect of the gallery comes to a result, on a few cells and after one iteration.
+#[test]
+fn the_scenes_of_the_gallery_run_small() {
+    for (scene, cells) in [
+        ("effects/candle", "[24, 32]"),
+        ("effects/flue", "[24, 32]"),
+        ("effects/gate", "[32, 24]"),
+        ("effects/head", "[24, 32]"),
+        ("effects/late", "[32, 32]"),
+        ("effects/parade", "[24, 24]"),
+        ("effects/two_vents", "[32, 24]"),
+        ("effects/wall", "[64, 64]"),
+        ("effects/whirl", "[24, 16]"),
+        ("logo_wind", "[48, 48]"),
+        ("plume_to_horse", "[12, 12, 12]"),
+    ] {
+        let out = fresh_folder(&format!("gallery_{}", scene.replace('/', "_")));
+        let ended = run(&[
+            "solve",
+            &format!("examples/{scene}.toml"),
+            "--set",
+            &format!("grid.cells={cells}"),
+            "--set",
+            "method.iterations=1",
+            "--set",
+            "output.frames=false",
+            "--quiet",
+            "-o",
+            out.to_str().unwrap(),
+        ]);
+        assert!(matches!(ended.code, 0 | 5), "{scene}: {}", ended.err);
+        let report = json(&out.join("report.json"));
+        let missed = report["keyframes"].as_array().unwrap();
+        assert!(
+            !missed.is_empty() && report["objective"]["total"].as_f64().unwrap() > 0.0,
+            "{scene}"
+        );
+    }
+}
+
 #[test]
 fn emitted_smoke_rises_freely() {
     let outcome = checked("effects_simulate", ALL, "simulate", &[]);
