@@ -22,5 +22,14 @@ pub fn checkpoint(path: &Path, _: &[u8]) -> bool {
     let states = path.parent().unwrap();
     let out = states.with_file_name("on");
     let [states, out] = [states, &out].map(|path| path.to_str().unwrap());
-    is_done(&["resume", states, "-o", out, "--quiet", "--threads", "1"])
+    is_done(&[
+        "resume",
+        states,
+        "-o",
+        out,
+        "--force",
+        "--quiet",
+        "--threads",
+        "1",
+    ])
 }

@@ -149,7 +149,17 @@ fn goes_on(work: &Path, state: &[u8]) -> bool {
     fs::create_dir_all(&states).unwrap();
     fs::write(states.join("state.0"), state).unwrap();
     let [states, out] = [&states, &out].map(|path| path.to_str().unwrap());
-    command(&["resume", states, "-o", out, "--quiet", "--threads", "1"]).is_ok()
+    command(&[
+        "resume",
+        states,
+        "-o",
+        out,
+        "--force",
+        "--quiet",
+        "--threads",
+        "1",
+    ])
+    .is_ok()
 }
 
 /// The same state of a solve that goes on for few iterations, with the fields of what the core saved remembered; none where it saved nothing.
