@@ -2,6 +2,7 @@
 #![allow(unsafe_code, reason = "a global allocator that counts")]
 
 use crate::fields::cases::Scene;
+use crate::fields::effects::knows_open_sides;
 use crate::fields::{Memory, cast, to_file};
 use core::alloc::{GlobalAlloc, Layout};
 use core::cell::Cell;
@@ -270,5 +271,9 @@ fn nothing_is_allocated() {
         allocates_nothing::<f64, D3>(&by(&[5, 5, 5], "ppp", 3));
         allocates_nothing::<f32, D2>(&by(&[33, 20], "wp", 5).among_solids());
         allocates_nothing::<f64, D3>(&by(&[8, 9, 8], "www", 4).among_solids());
+        if knows_open_sides(method) {
+            allocates_nothing::<f32, D2>(&by(&[33, 20], "ww", 5).in_open_box("oh"));
+            allocates_nothing::<f64, D3>(&by(&[8, 9, 8], "www", 4).in_open_box("wlo"));
+        }
     }
 }

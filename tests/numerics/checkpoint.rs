@@ -1,6 +1,7 @@
 //! Checkpoints: what is saved after any step goes on elsewhere with the same bits, and what is not what was saved is refused.
 
 use crate::fields::cases::{Scene, Solved, StopAt};
+use crate::fields::effects::knows_open_sides;
 use crate::fields::{Memory, with_threads};
 use thurible_core::{
     D2, D3, HistoryPrecision, Method, NsoSolver, Params, Progress, Real, Serial, Silent, Solver, Space,
@@ -147,6 +148,10 @@ fn every_method_goes_on_with_the_same_bits() {
         goes_on::<f64, D3>(&by(method, Scene::small(&[6, 5, 7], "pww", 4)));
         goes_on::<f32, D2>(&by(method, Scene::small(&[33, 20], "wp", 5)).among_solids());
         goes_on::<f64, D3>(&by(method, Scene::small(&[8, 9, 8], "www", 4)).among_solids());
+        if knows_open_sides(method) {
+            goes_on::<f32, D2>(&by(method, Scene::small(&[32, 20], "ww", 5)).in_open_box("oh"));
+            goes_on::<f64, D3>(&by(method, Scene::small(&[8, 9, 8], "www", 4)).in_open_box("wlo"));
+        }
     }
 }
 

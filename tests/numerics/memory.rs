@@ -3,6 +3,7 @@
 use crate::fields;
 use crate::fields::Memory;
 use crate::fields::cases::{Scene, admm};
+use crate::fields::effects::knows_open_sides;
 use crate::fields::random::Random;
 use core::mem::MaybeUninit;
 use thurible_core::nso::colours::Colours;
@@ -58,7 +59,20 @@ fn random_scene(random: &mut Random, dims: usize) -> Scene {
     scene.params.admm.relaxation = random.pick(&[1.0, 1.5]);
     scene.params.admm.nso.solver = random.pick(&[NsoSolver::Stfas, NsoSolver::Stfas, NsoSolver::NewtonCg]);
     scene.params.admm.nso.colours = random.pick(&[Colours::RedBlack, Colours::PowerOfTwo]);
-    scene
+    // With emitters, a mask, regions and what else there is; among solid cells; with open sides.
+    let method = scene.params.method;
+    if scene.keyframes == [scene.steps] && method != Method::Templates && random.coin() {
+        scene = scene.with_everything();
+    }
+    let small = cells.iter().all(|&n| (8..100).contains(&n));
+    match random.between(0, 3) {
+        0 if small => scene.among_solids(),
+        1 if small && knows_open_sides(method) => {
+            let ends: String = (0..dims).map(|_| random.pick(&['w', 'o', 'l', 'h'])).collect();
+            scene.in_open_box(&ends)
+        }
+        _ => scene,
+    }
 }
 
 /// The bytes that a line and its children should have: the sum or the maximum of its children.
@@ -236,6 +250,10 @@ fn what_the_memory_held_before_does_not_matter() {
         rubbish_does_not_matter::<f64, D3>(&by(Scene::small(&[6, 5, 7], "pww", 4)));
         rubbish_does_not_matter::<f32, D2>(&by(Scene::small(&[33, 20], "wp", 5)).among_solids());
         rubbish_does_not_matter::<f64, D3>(&by(Scene::small(&[8, 9, 8], "www", 4)).among_solids());
+        if knows_open_sides(method) {
+            rubbish_does_not_matter::<f32, D2>(&by(Scene::small(&[32, 20], "ww", 5)).in_open_box("oh"));
+            rubbish_does_not_matter::<f64, D3>(&by(Scene::small(&[8, 9, 8], "www", 4)).in_open_box("wlo"));
+        }
     }
 }
 

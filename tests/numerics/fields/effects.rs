@@ -2,9 +2,9 @@
 
 use super::cases::{Scene, balls};
 use super::naive::Naive;
-use super::{Components, grid, places};
+use super::{Components, boundaries, grid, places};
 use thurible_core::grid::Grid;
-use thurible_core::{Emitter, Feature, Method, Named, Scheme, Supply, Template, TemplateKind};
+use thurible_core::{Emitter, Feature, Method, Named, NsoSolver, Scheme, Supply, Template, TemplateKind};
 
 /// All of it; nothing by default.
 #[derive(Clone, Debug, Default)]
@@ -28,6 +28,11 @@ pub struct Effects {
     pub mask: Vec<f64>,
     /// Whether keyframes keep the mass that they are given.
     pub keep_mass: bool,
+}
+
+/// Whether a method lets smoke out.
+pub fn knows_open_sides(method: Method) -> bool {
+    !matches!(method, Method::Guide | Method::Templates)
 }
 
 /// A block in the middle and a plate one cell thick beside it.
@@ -111,6 +116,14 @@ impl Scene {
     pub fn among_solids(mut self) -> Self {
         self.scheme = Scheme::Limited;
         self.effects.solid = block(&self.problem().grid());
+        self
+    }
+
+    /// The same in a box whose axes end otherwise, some of them open: by `limited` transport, and ADMM by Newton's method.
+    pub fn in_open_box(mut self, ends: &str) -> Self {
+        (self.scheme, self.boundary) = (Scheme::Limited, boundaries(ends));
+        self.effects.keep_mass = true;
+        self.params.admm.nso.solver = NsoSolver::NewtonCg;
         self
     }
 
