@@ -9,6 +9,11 @@ use std::path::{Path, PathBuf};
 
 /// A small plume and its flow, simulated.
 fn plume(test: &str, scene: &str) -> PathBuf {
+    plume_with(test, scene, &[])
+}
+
+/// The same with more arguments.
+fn plume_with(test: &str, scene: &str, others: &[&str]) -> PathBuf {
     let folder = fresh_folder(test).join("flow");
     let scene = format!("examples/{scene}.toml");
     let more = [
@@ -20,7 +25,8 @@ fn plume(test: &str, scene: &str) -> PathBuf {
         "--precision",
         "f32",
     ];
-    let ended = run(&[&["simulate", &scene, "-o", folder.to_str().unwrap()][..], &more].concat());
+    let first = ["simulate", &scene, "-o", folder.to_str().unwrap()];
+    let ended = run(&[&first[..], &more, others].concat());
     assert_eq!(ended.code, 0, "{}", ended.err);
     folder
 }
@@ -169,24 +175,9 @@ fn every_method_and_option_is_taken() {
 /// What a result has and a tracked flow does not know is said, and so is a key of another method; rings are known all the same.
 #[test]
 fn what_is_not_known_of_a_result_is_said() {
-    let flow = fresh_folder("track_unknown").join("flow");
-    let simulate = [
-        "simulate",
-        "examples/small_odd.toml",
-        "-o",
-        flow.to_str().unwrap(),
-        "--quiet",
-        "--set",
-        "output.frames=false",
-        "--set",
-        "flow.buoyancy=0.05",
-        "--set",
-        "grid.boundary=[\"periodic\", \"open_high\"]",
-        "--set",
-        "obstacle=[{box={min=[0.0,0.0],max=[0.2,0.2]}}]",
-    ];
-    let ended = run(&simulate);
-    assert_eq!(ended.code, 0, "{}", ended.err);
+    let ends = "grid.boundary=[\"periodic\", \"open_high\"]";
+    let solid = "obstacle=[{box={min=[0.0,0.0],max=[0.2,0.2]}}]";
+    let flow = plume_with("track_unknown", "small_odd", &["--set", ends, "--set", solid]);
     let out = flow.with_file_name("out");
     let more = ["--set", "capture.first=1", "--set", "track.gamma=5"];
     let ended = track(&flow, &out, &more);

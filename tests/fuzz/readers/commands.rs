@@ -32,6 +32,12 @@ fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
+/// Whether a solve goes on to its end from the states in a folder, over what the last one left in `out`.
+pub fn is_resumed(states: &Path, out: &Path) -> bool {
+    let over = ["--force", "--quiet", "--threads", "1"];
+    is_done(&[&["resume", text(states), "-o", text(out)][..], &over].concat())
+}
+
 /// A command line, an argument in each line.
 pub fn arguments(_: &Path, bytes: &[u8]) -> bool {
     let line = String::from_utf8_lossy(bytes);

@@ -9,7 +9,7 @@ use crate::random::Random;
 use crate::seeds::{arrays, bodies, kept, pictures, texts};
 use std::path::Path;
 
-pub use commands::command;
+pub use commands::{command, is_resumed};
 
 /// What reads files, or texts.
 pub struct Reader {

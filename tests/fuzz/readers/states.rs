@@ -1,6 +1,6 @@
 //! Saved solvers and the states of solves.
 
-use super::commands::is_done;
+use super::commands::is_resumed;
 use crate::seeds::kept::with_solver;
 use std::path::Path;
 use thurible_core::{Serial, Silent};
@@ -21,15 +21,5 @@ pub fn saved(_: &Path, bytes: &[u8]) -> bool {
 pub fn checkpoint(path: &Path, _: &[u8]) -> bool {
     let states = path.parent().unwrap();
     let out = states.with_file_name("on");
-    let [states, out] = [states, &out].map(|path| path.to_str().unwrap());
-    is_done(&[
-        "resume",
-        states,
-        "-o",
-        out,
-        "--force",
-        "--quiet",
-        "--threads",
-        "1",
-    ])
+    is_resumed(states, &out)
 }

@@ -1,6 +1,6 @@
 //! Good states: of a solver, of a solve that was killed, and of one that is done.
 
-use crate::readers::command;
+use crate::readers::{command, is_resumed};
 use core::ops::Range;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -148,18 +148,7 @@ fn goes_on(work: &Path, state: &[u8]) -> bool {
     let (states, out) = (work.join("alone"), work.join("alone_on"));
     fs::create_dir_all(&states).unwrap();
     fs::write(states.join("state.0"), state).unwrap();
-    let [states, out] = [&states, &out].map(|path| path.to_str().unwrap());
-    command(&[
-        "resume",
-        states,
-        "-o",
-        out,
-        "--force",
-        "--quiet",
-        "--threads",
-        "1",
-    ])
-    .is_ok()
+    is_resumed(&states, &out)
 }
 
 /// The same state of a solve that goes on for few iterations, with the fields of what the core saved remembered; none where it saved nothing.
