@@ -67,10 +67,14 @@ pub fn run(arguments: &NewArguments) -> Result<u8, Failure> {
             "cannot write {shown}: {error}; choose a folder that exists and can be written"
         )),
     })?;
-    if arguments.preset.is_none() {
-        schema::write_beside(&path)?;
-    }
+    let schema = match arguments.preset {
+        Some(_) => None,
+        None => schema::write_beside(&path)?,
+    };
     if !arguments.quiet {
+        if let Some(schema) = schema {
+            console::print(&format!("wrote {}, by which editors check it", schema.display()));
+        }
         console::print(&format!(
             "wrote {shown}; solve it with: thurible {command} {shown}"
         ));

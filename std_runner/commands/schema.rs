@@ -33,13 +33,14 @@ pub fn run(arguments: &SchemaArguments) -> Result<u8, Failure> {
     Ok(DONE)
 }
 
-/// Writes it beside `scene`, unless a file that is no schema has its name.
-pub(super) fn write_beside(scene: &Path) -> Result<(), Failure> {
+/// Writes it beside `scene` and says where, unless a file that is no schema has its name.
+pub(super) fn write_beside(scene: &Path) -> Result<Option<PathBuf>, Failure> {
     let path = scene.with_file_name(BESIDE);
-    match refuse_others(&path, BEGIN, "JSON schema") {
-        Ok(()) => write(&path),
-        Err(_) => Ok(()),
+    if refuse_others(&path, BEGIN, "JSON schema").is_err() {
+        return Ok(None);
     }
+    write(&path)?;
+    Ok(Some(path))
 }
 
 fn text() -> String {

@@ -12,13 +12,17 @@ use std::path::Path;
 /// Such a file is at `path`.
 pub(crate) fn refuse_others(path: &Path, begin: &[u8], kind: &str) -> Result<(), Failure> {
     let is_filled = fs::metadata(path).is_ok_and(|found| found.is_file() && found.len() > 0);
-    let mut found = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(begin.len() as u64).read_to_end(&mut found));
-    if is_filled && (read.is_err() || found != begin) {
-        return Err(Failure::File(format!(
-            "{} is there and is no {kind}, so it is not overwritten; choose another name with -o, or move it away",
-            path.display()
-        )));
+    let begins_so = || {
+        let mut found = Vec::new();
+        let read = File::open(path).and_then(|file| file.take(begin.len() as u64).read_to_end(&mut found));
+        read.is_ok() && found == begin
+    };
+    // What is no file is not opened: a pipe would wait for whoever writes to it.
+    if !is_filled || begins_so() {
+        return Ok(());
     }
-    Ok(())
+    Err(Failure::File(format!(
+        "{} is there and is no {kind}, so it is not overwritten; choose another name with -o, or move it away",
+        path.display()
+    )))
 }

@@ -62,7 +62,7 @@ impl ShapeSpec {
         let largest = cells.iter().copied().fold(0.0, f64::max);
         if largest < FAINTEST {
             let remedy = match name {
-                "image" => "make its ink darker; `ink` says what is smoke in it",
+                "image" => "draw something into it that is smoke; `ink` says what is",
                 "mesh" => {
                     "move it into the box, which begins at 0 along each axis and has z up: with up = \"y\" the file's (x, y, z) is at (x, -z, y) there; without `fit` it is made to fit"
                 }
