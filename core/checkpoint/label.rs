@@ -3,11 +3,11 @@
 use super::mix::Mix;
 
 /// Bytes before the fields, and of the block that all passes through: room for the scalars of a search with the most pairs of L-BFGS.
-pub const HEAD: usize = 1536;
+pub const HEAD: usize = 1024;
 /// What the bytes begin with.
 pub const MAGIC: u64 = u64::from_le_bytes(*b"thurible");
 /// The format that is written, and the only one that is read.
-pub const FORMAT: u64 = 6;
+pub const FORMAT: u64 = 7;
 /// Words of what the bytes are: magic, format, bytes, fingerprint, checksum.
 pub(super) const LABEL: usize = 5;
 /// The checksum's place among them.

@@ -135,6 +135,37 @@ impl<'a> Record<'a> {
         Ok(())
     }
 
+    /// Counts from 0 to `most`, which is below 256: eight of them in a word.
+    ///
+    /// # Errors
+    /// As [`Self::count`].
+    pub fn small_counts<'v>(
+        &mut self,
+        values: impl Iterator<Item = &'v mut usize>,
+        most: usize,
+    ) -> Result<(), Damaged> {
+        let mut values = values.peekable();
+        while values.peek().is_some() {
+            let mut eight: [Option<&mut usize>; 8] = core::array::from_fn(|_| values.next());
+            let byte = |value: &Option<&mut usize>| {
+                value
+                    .as_ref()
+                    .map_or(0, |value| u8::try_from(**value).unwrap_or(u8::MAX))
+            };
+            let mut word = u64::from_le_bytes(eight.each_ref().map(byte));
+            self.word(&mut word)?;
+            for (value, byte) in eight.iter_mut().zip(word.to_le_bytes()) {
+                let byte = usize::from(byte);
+                match value {
+                    Some(value) if byte <= most => **value = byte,
+                    None if byte == 0 => {}
+                    _ => return Err(Damaged),
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Yes or no.
     ///
     /// # Errors

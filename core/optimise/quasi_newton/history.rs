@@ -79,4 +79,12 @@ impl Kept {
             Self::Halves(field) => core::slice::from_ref(field),
         }
     }
+
+    /// The same, to be written.
+    pub(super) fn fields_mut(&mut self) -> &mut [usize] {
+        match self {
+            Self::Full(fields) => fields,
+            Self::Halves(field) => core::slice::from_mut(field),
+        }
+    }
 }

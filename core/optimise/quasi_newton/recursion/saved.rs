@@ -25,12 +25,10 @@ impl QuasiNewton {
         read.pairs.resize(pairs, pair).map_err(|_| Damaged)?;
         read.free.resize(free, 0).map_err(|_| Damaged)?;
         for (index, pair) in read.pairs.iter_mut().enumerate() {
-            pair.kept.record(record, last)?;
             pair.record(record, index)?;
         }
-        read.free
-            .iter_mut()
-            .try_for_each(|field| record.count(field, last))?;
+        let of_pairs = read.pairs.iter_mut().flat_map(|pair| pair.kept.fields_mut());
+        record.small_counts(of_pairs.chain(&mut read.free), last)?;
         if !read.every_field_plays_one_part() {
             return Err(Damaged);
         }
@@ -46,16 +44,6 @@ impl QuasiNewton {
         let (count, seen) = parts.fold((0, 0u32), |(count, seen), field| (count + 1, seen | 1 << field));
         let all = self.history.fields();
         (count, seen.count_ones() as usize) == (all, all)
-    }
-}
-
-impl Kept {
-    /// Fields up to `last`.
-    fn record(&mut self, record: &mut Record<'_>, last: usize) -> Result<(), Damaged> {
-        match self {
-            Self::Full(fields) => fields.iter_mut().try_for_each(|field| record.count(field, last)),
-            Self::Halves(field) => record.count(field, last),
-        }
     }
 }
 
