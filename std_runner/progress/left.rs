@@ -5,8 +5,10 @@ use std::collections::VecDeque;
 use thurible_core::{Falls, Progress, Rule};
 
 /// The fewest iterations by which the end of a search is foretold, and the most.
-const FEWEST: usize = 3;
+const FEWEST: usize = 4;
 const MOST: usize = 64;
+/// Seconds on its finest grid before which nothing is foretold.
+const SOON: f64 = 0.5;
 /// The middle.
 const HALF: f64 = 0.5;
 /// A descent ends by the first two of its scattered gains that are below the bound, so by the lower ones.
@@ -84,6 +86,9 @@ impl Pace {
         let values = self.values.len();
         if values < FEWEST && (values > 0 || self.done == first) {
             // Where a rule may end it, and no first iteration has one yet, the limit alone would tell of several times as long.
+            return None;
+        }
+        if self.last - self.begun < SOON {
             return None;
         }
         let (count, seconds) = match self.done - first {
@@ -166,7 +171,7 @@ mod tests {
         assert_eq!(pace.left(), None);
         for number in 2..=20 {
             pace.note(&iteration(number, 1e-2), 2.0 * number as f64);
-            assert_eq!(pace.left().is_some(), number > 3);
+            assert_eq!(pace.left().is_some(), number > 4);
         }
         assert!((pace.left().unwrap() - 80.0).abs() < 1e-9);
     }
@@ -215,19 +220,28 @@ mod tests {
     #[test]
     fn a_coarser_grid_and_a_new_search_begin_anew() {
         let mut pace = Pace::new(10);
-        (1..=3).for_each(|number| pace.note(&iteration(number, 1.0), number as f64));
-        assert!(pace.left().is_some() && pace.done() == 3);
+        (1..=4).for_each(|number| pace.note(&iteration(number, 1.0), number as f64));
+        assert!(pace.left().is_some() && pace.done() == 4);
         let coarse = Progress {
-            iteration: 4,
+            iteration: 5,
             level: 1,
             level_iteration: 1,
             ..Progress::default()
         };
-        pace.note(&coarse, 4.0);
+        pace.note(&coarse, 5.0);
         assert_eq!((pace.left(), pace.done()), (None, 0));
-        (1..=3).for_each(|number| pace.note(&iteration(number, 1.0), 4.0 + 3.0 * number as f64));
-        assert_eq!((pace.left(), pace.done()), (Some(21.0), 3));
-        pace.note(&iteration(1, 1.0), 15.0);
+        (1..=4).for_each(|number| pace.note(&iteration(number, 1.0), 5.0 + 3.0 * number as f64));
+        assert_eq!((pace.left(), pace.done()), (Some(18.0), 4));
+        pace.note(&iteration(1, 1.0), 18.0);
         assert_eq!((pace.left(), pace.done()), (None, 1));
+    }
+
+    #[test]
+    fn a_tenth_of_a_second_tells_nothing() {
+        let mut pace = Pace::new(100);
+        for number in 1..=9 {
+            pace.note(&iteration(number, 1.0), 0.06 * number as f64);
+            assert_eq!(pace.left().is_some(), number > 8);
+        }
     }
 }

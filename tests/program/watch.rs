@@ -61,7 +61,8 @@ impl Page {
         let since = Instant::now();
         loop {
             let state = self.state();
-            if state["drawings"].as_u64().unwrap() > 0 && state["done"].as_u64().unwrap() > 3 {
+            // From half a second on it tells how long it takes.
+            if state["drawings"].as_u64().unwrap() > 0 && !state["seconds_left"].is_null() {
                 return state;
             }
             assert!(since.elapsed() < Duration::from_secs(300), "{state}");
