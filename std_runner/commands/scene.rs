@@ -1,12 +1,14 @@
 //! `thurible scene check SCENE`: draws all of a scene before an hour is spent on it.
 
-use crate::console::{self, print};
+use crate::console::print;
 use crate::destination::refuse_others;
 use crate::exit::{DONE, Failure};
 use crate::output::write_bytes;
-use crate::preview::{findings, layers, sheet};
+use crate::preview::{cell_volume, findings, layers, sheet};
+use crate::progress::{Display, Mode};
 use crate::scene::Scene;
 use clap::{Args, Subcommand};
+use serde_json::json;
 use std::path::PathBuf;
 
 /// What a picture begins with.
@@ -30,6 +32,9 @@ pub struct CheckArguments {
     /// Override any key of the scene, as in --set time.steps=20.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+    /// Print JSON lines.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Does it; the answer is the exit code.
@@ -48,22 +53,31 @@ pub fn run(command: &SceneCommand) -> Result<u8, Failure> {
     let failed = |error: crate::output::OutputError| Failure::File(error.to_string());
     let png = sheet(&canvas, &drawn, &path).map_err(failed)?;
     write_bytes(&path, &png).map_err(failed)?;
-    print(&format!(
-        "{}: {}",
-        arguments.scene.display(),
-        canvas.size_in_words()
-    ));
-    let cell = canvas.cell_size().powi(canvas.dimensions() as i32);
+    let display = Display::new(if arguments.json { Mode::Json } else { Mode::Human }, 0);
+    if !arguments.json {
+        print(&format!(
+            "{}: {}",
+            arguments.scene.display(),
+            canvas.size_in_words()
+        ));
+    }
+    let cell = cell_volume(&canvas);
     for layer in &drawn {
-        print(&format!("{:>12.6}  {}", layer.sum() * cell, layer.title()));
+        let (mass, title) = (layer.sum() * cell, layer.title());
+        display.event("layer", json!({ "key": layer.key, "title": title, "mass": mass }));
+        if !arguments.json {
+            print(&format!("{mass:>12.6}  {title}"));
+        }
     }
     for note in &notes {
-        let kind = if note.warning { "warning" } else { "note" };
-        console::error(&format!("{kind}: {}", note.text));
+        display.file_note(note);
     }
     for sentence in findings(&scene, &drawn) {
-        console::error(&format!("warning: {sentence}"));
+        display.warning(&sentence);
     }
-    print(&format!("drawn in {}", path.display()));
+    display.event("picture", json!({ "file": path.display().to_string() }));
+    if !arguments.json {
+        print(&format!("drawn in {}", path.display()));
+    }
     Ok(DONE)
 }

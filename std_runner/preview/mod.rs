@@ -7,5 +7,5 @@ mod layers;
 mod sheet;
 
 pub(crate) use findings::findings;
-pub(crate) use layers::layers;
+pub(crate) use layers::{cell_volume, layers};
 pub(crate) use sheet::sheet;

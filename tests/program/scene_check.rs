@@ -83,6 +83,52 @@ fn nothing_but_a_picture_is_drawn_over() {
     assert!(run(&again).code == 0 && run(&again).code == 0);
 }
 
+/// In 3D, with a mask and a region, as lines of JSON.
+#[test]
+fn a_box_in_3d_is_drawn_and_told_of_in_json() {
+    let folder = fresh_folder("scene_check_deep");
+    let (scene, picture) = (folder.join("scene.toml"), folder.join("seen.png"));
+    let sphere =
+        |x: f64, radius: f64| format!("sphere = {{ center = [{x}, 0.25, 0.25], radius = {radius} }}");
+    let text = [
+        "[grid]\ncells = [32, 16, 16]\n[time]\nsteps = 2\n",
+        &format!("[source]\n{}\n", sphere(0.2, 0.15)),
+        &format!("[control]\nmask = {{ {} }}\n", sphere(0.5, 0.2)),
+        &format!("[[keyframe]]\nstep = 2\n{}\n", sphere(0.8, 0.15)),
+        &format!("region = {{ {} }}\n", sphere(0.8, 0.2)),
+    ]
+    .concat();
+    fs::write(&scene, text).unwrap();
+    let [scene, picture] = [&scene, &picture].map(|path| path.to_str().unwrap());
+    let ended = run(&["scene", "check", scene, "--json", "-o", picture]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    assert!(ended.err.is_empty(), "{}", ended.err);
+    let events: Vec<serde_json::Value> = ended
+        .out
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    let keys: Vec<&str> = events.iter().filter_map(|event| event["key"].as_str()).collect();
+    assert_eq!(
+        keys,
+        ["source", "keyframe[0]", "keyframe[0].region", "control.mask"]
+    );
+    let mass = events[3]["mass"].as_f64().unwrap();
+    assert!(
+        (mass - 0.0335).abs() < 0.003,
+        "4/3 pi r^3 of the mask, and not {mass}"
+    );
+    let warned = |words: &str| {
+        let of_warning = |event: &&serde_json::Value| event["event"] == "warning";
+        let mut said = events.iter().filter(of_warning);
+        said.any(|event| event["message"].as_str().unwrap().contains(words))
+    };
+    assert!(warned("cannot be reached"), "{events:?}");
+    assert_eq!(events.last().unwrap()["file"], picture);
+    let decoder = png::Decoder::new(std::io::BufReader::new(fs::File::open(picture).unwrap()));
+    assert!(decoder.read_info().unwrap().info().width > 300);
+}
+
 #[test]
 fn what_is_probably_not_meant_is_said() {
     let (source, far) = (ball(0.15, 0.5, 0.1), ball(0.85, 0.5, 0.1));
