@@ -50,6 +50,8 @@ mod small;
 mod stable_fluids;
 mod sweeps;
 mod templates;
+#[cfg(unix)]
+mod terminal;
 mod thesis;
 mod tomography;
 mod track;
