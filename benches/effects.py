@@ -30,6 +30,7 @@ match_mass = false
 {more}
 [method]
 iterations = 20
+{windows}
 [method.direct]
 nested = false
 tolerance = 1e-12
@@ -43,25 +44,34 @@ EFFECTS = [
     ("plain", {}),
     ("an emitter, by a rate", {"more": '[[emitter]]\nto = 20\nrate = 0.02\ncircle = { center = [0.5, 0.2], radius = 0.1 }'}),
     ("an emitter, up to a target", {"more": '[[emitter]]\nto = 20\ntarget = 0.5\ncircle = { center = [0.5, 0.2], radius = 0.1 }'}),
+    ("an emitter that pushes its smoke", {"more": '[[emitter]]\nto = 20\nrate = 0.02\nvelocity = [0.0, 0.01]\ncircle = { center = [0.5, 0.2], radius = 0.1 }'}),
     ("buoyancy", {"flow": "buoyancy = 1e-4"}),
     ("a weight and a region", {"keyframe": "region = { box = { min = [0, 0], max = [1, 1] } }"}),
     ("a schedule", {"control": "schedule = [[0, 2.0], [39, 1.0]]"}),
     ("no smoothness", {"control": "smoothness = 0"}),
     ("viscosity", {"flow": "viscosity = 1e-5"}),
+    ("viscosity, and walls to which the flow sticks", {"flow": "viscosity = 1e-5\nslip = false"}),
     ("an obstacle", {"more": "[[obstacle]]\ncircle = { center = [0.85, 0.85], radius = 0.08 }"}),
+    ("the same, and the flow sticks to it", {"flow": "viscosity = 1e-5\nslip = false", "more": "[[obstacle]]\ncircle = { center = [0.85, 0.85], radius = 0.08 }"}),
     ("a mask", {"control": "mask = { box = { min = [-0.2, -0.2], max = [1.2, 0.9] } }"}),
     ("open sides", {"grid": 'boundary = ["open", ["wall", "open"]]'}),
     ("20 steps more, searched", {"steps": 60, "keyframe": "hold = 0"}),
     ("20 steps more, released", {"steps": 60, "more": "[[release]]\nfrom = 40"}),
+    ("20 steps more, held", {"steps": 60, "keyframe": "hold = 20"}),
+    ("in windows of 20 steps, 10 of them kept", {"windows": "window = 20\nstride = 10"}),
+    (
+        "three templates, by the method `templates`",
+        {"method": "templates", "control": "smoothness = 0", "more": "".join(f'[[template]]\nkind = "{kind}"\ncenter = [0.5, {y}]\nradius = 0.3\n' for kind, y in (("wind", 0.4), ("vortex", 0.5), ("attract", 0.6)))},
+    ),
 ]
 
 
 def solve(program, method, effect):
-    parts = {"steps": 40, "grid": "", "keyframe": "", "flow": "", "control": "", "more": "", **effect}
+    parts = {"steps": 40, "grid": "", "keyframe": "", "flow": "", "control": "", "more": "", "windows": "", "method": method, **effect}
     with tempfile.TemporaryDirectory() as folder:
         scene = Path(folder, "scene.toml")
         scene.write_text(SCENE.format(**parts))
-        command = [program, "solve", str(scene), "--method", method, "--quiet", "-o", str(Path(folder, "out"))]
+        command = [program, "solve", str(scene), "--method", parts["method"], "--quiet", "-o", str(Path(folder, "out"))]
         ended = subprocess.run(command, capture_output=True, text=True)
         if ended.returncode not in (0, 5):
             sys.exit(ended.stderr)

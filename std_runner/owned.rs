@@ -38,6 +38,8 @@ pub struct OwnedProblem {
     pub dt: f64,
     /// Kinematic viscosity nu.
     pub viscosity: f64,
+    /// Whether the flow slips along walls and obstacles.
+    pub slip: bool,
     /// Weight r of the force.
     pub force_weight: f64,
     /// Smoothness of the force in cells, or `None` for the default.
@@ -64,6 +66,7 @@ impl OwnedProblem {
             steps,
             buoyancy,
             viscosity,
+            slip,
             force_weight,
             smoothness,
             filters,
@@ -89,6 +92,7 @@ impl OwnedProblem {
             length,
             dt,
             viscosity,
+            slip,
             force_weight,
             smoothness,
             filters,
@@ -132,6 +136,7 @@ impl OwnedProblem {
             schedule: &self.schedule,
             mask: self.mask,
             viscosity: self.viscosity,
+            slip: self.slip,
             force_weight: self.force_weight,
             smoothness: self.smoothness,
             filters: self.filters,

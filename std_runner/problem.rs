@@ -60,6 +60,7 @@ impl OwnedProblem {
             length: scene.grid.length,
             dt: scene.time.dt,
             viscosity: scene.flow.viscosity,
+            slip: scene.flow.slip,
             force_weight: scene.control.force_weight,
             smoothness: scene.control.smoothness,
             filters: scene.control.filters,
@@ -181,10 +182,11 @@ pub fn refusal(scene: &Scene, error: PlanError) -> Failure {
                 Feature::Emitters => ("emitter", "leave it out"),
                 Feature::Regions => ("keyframe.region", "leave it out"),
                 Feature::Release => ("release", "leave it out"),
+                Feature::Sticking => ("flow.slip", "set it to true"),
             };
             let other = match feature {
                 Feature::Templates => format!("the method {}", Method::Templates.name()),
-                Feature::Open if method == Method::Admm.name() => {
+                Feature::Open | Feature::Sticking if method == Method::Admm.name() => {
                     "another method, or set `method.admm.nso` to \"newton_cg\"".into()
                 }
                 _ => "another method".into(),

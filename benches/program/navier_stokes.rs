@@ -7,6 +7,7 @@ use thurible_core::exec::ranks::Alone;
 use thurible_core::field::VectorMut;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
+use thurible_core::grid::solids::Surfaces;
 use thurible_core::memory::{Arena, TooSmall};
 use thurible_core::memory::{Ledger, Pool, Sharing};
 use thurible_core::nso::damping::LocalDamping;
@@ -179,7 +180,10 @@ impl Case {
     }
 
     fn bare<'m, T: Real>(&self, grid: &Grid) -> Levels<'m, T> {
-        Levels::bare(grid, 0).with_obstacles(self.obstacle.is_some())
+        Levels::bare(grid, 0).with_surfaces(Surfaces {
+            obstacles: self.obstacle.is_some(),
+            stick: false,
+        })
     }
 
     fn pool_len<T: Real, S: Space>(&self, grid: &Grid, setup: &Setup) -> usize {

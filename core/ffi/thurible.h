@@ -683,8 +683,9 @@ typedef struct {
     double guide_noise_sigma;
     // Guidance: which noise, from 1.
     uint32_t guide_noise_seed;
-    // For later versions; must be 0.
-    uint32_t reserved;
+    // Whether the flow sticks to walls and solid cells, by its viscosity, and does not slip along them: 0, the default, or 1. ADMM's multigrid knows
+    // none.
+    uint32_t no_slip;
     // Direct: what the force's weight is multiplied by from each grid to the next coarser one, above 0 and below 100; 1 by default.
     double direct_coarse_force_weight;
 } ThuribleConfig;

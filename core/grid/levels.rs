@@ -4,7 +4,7 @@
 //! next grid halves exactly. 5 coarsens to 3: two cells would be too few.
 
 use super::Grid;
-use super::solids::{self, Solids};
+use super::solids::{self, Solids, Surfaces};
 use super::spectrum::Spectrum;
 use super::tables::Tables;
 use crate::exec::Ranks;
@@ -63,8 +63,8 @@ pub struct Levels<'m, T> {
     filters: usize,
     /// Whether there are no tables yet, only what workspaces are measured by.
     bare: bool,
-    /// Whether there may be obstacles, and the table of all grids: see [`Self::solids`].
-    obstacles: bool,
+    /// What the flow meets, and the table of all grids: see [`Self::solids`].
+    surfaces: Surfaces,
     solids: &'m mut [u16],
 }
 
@@ -87,7 +87,7 @@ impl<'m, T: Real> Levels<'m, T> {
             eigenvectors: &[],
             filters,
             bare: true,
-            obstacles: false,
+            surfaces: Surfaces::default(),
             solids: &mut [],
         }
     }
@@ -101,15 +101,15 @@ impl<'m, T: Real> Levels<'m, T> {
         alone
     }
 
-    /// The same with room for obstacles.
+    /// The same with room for obstacles, where there may be any.
     #[must_use]
-    pub fn with_obstacles(self, obstacles: bool) -> Self {
-        Self { obstacles, ..self }
+    pub fn with_surfaces(self, surfaces: Surfaces) -> Self {
+        Self { surfaces, ..self }
     }
 
     /// Whether cells have a table: where there are obstacles or open sides.
     fn has_table(&self) -> bool {
-        self.obstacles || self.finest.is_open()
+        self.surfaces.obstacles || self.finest.is_open()
     }
 
     /// Takes its buffers and fills them; `filters` is that of the finest metric.
@@ -180,11 +180,11 @@ impl<'m, T: Real> Levels<'m, T> {
     #[must_use]
     pub fn solids(&self, level: usize) -> Solids<'_> {
         if !self.has_table() {
-            return Solids::default();
+            return Solids::none(self.surfaces.stick);
         }
         let begin: usize = self.grids.iter().take(level).map(Grid::cells).sum();
         let end = begin + self.grids.get(level).map_or(0, Grid::cells);
-        Solids::new(self.solids.get(begin..end).unwrap_or(&[]), self.obstacles)
+        Solids::new(self.solids.get(begin..end).unwrap_or(&[]), self.surfaces)
     }
 
     /// Sets which cells of the finest grid are solid, of a part of it the rank's own, and what follows for the coarser ones.

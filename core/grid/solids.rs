@@ -38,33 +38,56 @@ pub const fn exit(axis: usize) -> u16 {
     256 << axis
 }
 
+/// What the flow meets in a box.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Surfaces {
+    /// Whether there may be obstacles, or all solid cells are outside.
+    pub obstacles: bool,
+    /// Whether the flow sticks to them and to walls, by its viscosity, or slips along them.
+    pub stick: bool,
+}
+
 /// The solid cells of a grid; there may be none.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Solids<'a> {
     /// Whether there may be any, or cells outside: then workspaces have room for what they ask for.
     there: bool,
-    /// Whether there may be obstacles, or all that is here is outside.
-    obstacles: bool,
+    surfaces: Surfaces,
     /// Bits of each cell, row after row; empty while workspaces are only measured.
     bits: &'a [u16],
 }
 
 impl<'a> Solids<'a> {
-    /// The table of a grid, which [`fill`] or [`coarsen`] made, and whether there may be obstacles.
+    /// The table of a grid, which [`fill`] or [`coarsen`] made.
     #[must_use]
-    pub fn new(bits: &'a [u16], obstacles: bool) -> Self {
+    pub fn new(bits: &'a [u16], surfaces: Surfaces) -> Self {
         Self {
             there: true,
-            obstacles,
+            surfaces,
             bits,
         }
+    }
+
+    /// No solid cells in a box with walls, to which the flow sticks or not.
+    #[must_use]
+    pub fn none(stick: bool) -> Self {
+        let mut none = Self::default();
+        none.surfaces.stick = stick;
+        none
+    }
+
+    /// Whether the flow sticks to walls and obstacles.
+    #[inline(always)]
+    #[must_use]
+    pub fn stick(&self) -> bool {
+        self.surfaces.stick
     }
 
     /// Whether there may be obstacles in the box.
     #[inline(always)]
     #[must_use]
     pub fn obstacles(&self) -> bool {
-        self.obstacles
+        self.surfaces.obstacles
     }
 
     /// Whether there may be any, or cells outside.
@@ -122,7 +145,7 @@ impl<'a> Solids<'a> {
 
     /// The bits of a cell.
     #[inline(always)]
-    fn of_cell(&self, grid: &Grid, at: [usize; 3]) -> u16 {
+    pub(crate) fn of_cell(&self, grid: &Grid, at: [usize; 3]) -> u16 {
         self.bits.get(grid.index(at)).copied().unwrap_or(0)
     }
 

@@ -36,7 +36,7 @@ impl<'m, T: Real> Animation<'m, T> {
     #[must_use]
     pub fn new(grid: &Grid, setup: &sweep::Setup) -> Self {
         Self {
-            levels: Levels::bare(grid, setup.metric.filters).with_obstacles(setup.obstacles),
+            levels: Levels::bare(grid, setup.metric.filters).with_surfaces(setup.surfaces),
             rho: &mut [],
             v: Default::default(),
             initial: Default::default(),

@@ -7,6 +7,7 @@ use crate::exec::{Exec, Serial, join};
 use crate::field::{Vector, rows};
 use crate::grid::Grid;
 use crate::grid::levels::Levels;
+use crate::grid::solids::Surfaces;
 use crate::memory::{Pool, Sharing};
 use crate::objective::data_term::DataTerm;
 use crate::objective::script::Script;
@@ -30,7 +31,7 @@ pub struct Setup {
     /// Threads that scratch was planned for.
     pub threads: usize,
     /// Whether there may be obstacles.
-    pub obstacles: bool,
+    pub surfaces: Surfaces,
     /// Whether there is memory for two threads to do different works where fields are small.
     pub overlap: bool,
 }
@@ -59,7 +60,7 @@ impl Setup {
             stepping: problem.advection.into(),
             largest: 1.0,
             threads,
-            obstacles: problem.solids,
+            surfaces: problem.surfaces(),
             overlap: false,
         }
     }

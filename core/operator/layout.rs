@@ -39,7 +39,7 @@ impl<'m, T: Real, S: Space> Operator<'m, T, S> {
         let grid = problem.grid();
         Self {
             setup: Setup::new(problem, params, slots),
-            levels: Levels::alone(&grid).with_obstacles(problem.solids),
+            levels: Levels::alone(&grid).with_surfaces(problem.surfaces()),
             lists: Lists::default(),
             shapes: &mut [],
             largest: 1.0,

@@ -7,3 +7,4 @@ pub mod exits;
 pub mod plaquette;
 pub mod refine;
 pub mod self_advection;
+pub mod sticking;

@@ -1,10 +1,12 @@
 //! Self-advection Adv(v) = (curl v) x v with viscosity nu C^T C v (mathematics section 2), the derivative and its adjoint.
 //!
 //! Adv preserves energy, <v, Adv(v)> = 0, and is quadratic, Adv(v + t d) = Adv(v) + t J(v) d + t^2 Adv(d), both exactly. C v is the
-//! vorticity at the plaquettes; C^T C is symmetric, and minus the Laplacian of a flow without divergence.
+//! vorticity at the plaquettes; C^T C is symmetric, and minus the Laplacian of a flow without divergence. Where the flow sticks to surfaces, nu C^T C
+//! stands for that and what [`super::sticking`] adds.
 
 use super::exits::{self, AtExits};
 use super::plaquette::{Adjoint, Advection, Derivative, Rule, SCRATCH_ROWS, accumulate};
+use super::sticking::{self, AtSurfaces};
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Block, Vector, VectorMut, borders, reborrow, rows};
 use crate::grid::solids::Solids;
@@ -106,7 +108,7 @@ pub(crate) enum Start {
 pub(crate) fn for_blocks<
     T: Real,
     S: Space,
-    R: Rule<T> + AtExits<T> + Sync,
+    R: Rule<T> + AtExits<T> + AtSurfaces<T> + Sync,
     F: Fn(&Block<'_>, usize, &mut [&mut [T]; 3], &mut [T]) + Sync,
 >(
     exec: &dyn Exec,
@@ -131,6 +133,7 @@ pub(crate) fn for_blocks<
             let place = (&block, task.row, solids);
             accumulate::<T, S, R>(place, rule, v, second, &mut parts, task.scratch);
             exits::add(place, rule, v, second, &mut parts);
+            sticking::add(place, rule, v, second, &mut parts);
             then(&block, task.row, &mut parts, task.scratch);
         }
     });

@@ -78,6 +78,9 @@ impl Problem<'_> {
             });
         }
         not_negative("viscosity", self.viscosity)?;
+        if !self.slip && self.viscosity == 0.0 {
+            return Err(ProblemError::SticksWithoutViscosity);
+        }
         let smoothness = self.smoothness.unwrap_or(0.0);
         if !(0.0..=MAX_SMOOTHNESS).contains(&smoothness) {
             let (field, given, most) = ("smoothness", smoothness, MAX_SMOOTHNESS);

@@ -129,6 +129,8 @@ pub enum ProblemError {
         /// Its cells.
         given: usize,
     },
+    /// A flow sticks to surfaces by its viscosity, and it has none.
+    SticksWithoutViscosity,
     /// Smoke leaves by open sides, so that keyframes cannot be scaled to its mass.
     MassLeaves,
     /// A list has more entries than there are keyframes.
@@ -247,6 +249,10 @@ impl fmt::Display for ProblemError {
             Self::OpenCells { axis, given } => write!(
                 f,
                 "cells[{axis}] is {given}; along an axis with open sides at most {MOST_OPEN} are possible"
+            ),
+            Self::SticksWithoutViscosity => write!(
+                f,
+                "the flow is to stick to walls, which it does by its viscosity, and that is 0; give it some, or take slip = true"
             ),
             Self::MassLeaves => write!(
                 f,

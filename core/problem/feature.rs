@@ -28,6 +28,8 @@ pub enum Feature {
     Regions,
     /// A force that ends before the end: [`Problem::release`].
     Release,
+    /// Surfaces to which the flow sticks: [`Problem::slip`].
+    Sticking,
 }
 
 named!(Feature {
@@ -41,7 +43,8 @@ named!(Feature {
     Jets = "velocity of emitters",
     Emitters = "emitters",
     Regions = "regions of keyframes",
-    Release = "release"
+    Release = "release",
+    Sticking = "flow that sticks to surfaces"
 });
 
 impl Problem<'_> {
@@ -59,6 +62,7 @@ impl Problem<'_> {
             Feature::Emitters => !self.emitters.is_empty(),
             Feature::Regions => self.keyframe_regions,
             Feature::Release => self.release.is_some(),
+            Feature::Sticking => !self.slip,
             Feature::Jets => self.emitters.iter().any(|emitter| emitter.velocity.is_some()),
         }
     }

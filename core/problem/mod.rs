@@ -12,6 +12,7 @@ pub use feature::Feature;
 pub use share::ShareError;
 pub use template::{PACKED, Template, TemplateError, TemplateKind};
 
+use crate::grid::solids::Surfaces;
 use crate::grid::{Boundary, Grid, Share};
 use crate::words::named;
 
@@ -118,6 +119,8 @@ pub struct Problem<'a> {
     pub mask: bool,
     /// Viscosity nu of the flow, 0 or more, in length^2 / time: a term nu C^T C v of the momentum equation.
     pub viscosity: f64,
+    /// Whether the flow slips along walls and obstacles, or sticks to them, by its viscosity.
+    pub slip: bool,
     /// Weight r of the force.
     pub force_weight: f64,
     /// Smoothness of the force, in cells, 0 or more: with s this many cell sizes, its price is r/2 sum <u, (1 + s^2 C^T C) u>, so that
@@ -165,6 +168,7 @@ impl<'a> Problem<'a> {
             schedule: &[],
             mask: false,
             viscosity: 0.0,
+            slip: true,
             force_weight: 1e3,
             smoothness: None,
             filters: None,
@@ -187,6 +191,15 @@ impl Problem<'_> {
     #[must_use]
     pub fn is_open(&self) -> bool {
         self.boundary.iter().any(|end| end.is_open())
+    }
+
+    /// What the flow meets.
+    #[must_use]
+    pub fn surfaces(&self) -> Surfaces {
+        Surfaces {
+            obstacles: self.solids,
+            stick: !self.slip,
+        }
     }
 
     /// Filters m of the metric.

@@ -45,6 +45,7 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
         mask,
         force_weight,
         viscosity,
+        slip,
         smoothness,
         filters: _,
         match_mass,
@@ -59,6 +60,7 @@ fn mix_problem(mix: &mut Mix, problem: &Problem<'_>) {
     keyframes.iter().for_each(|&step| mix.word(step as u64));
     mix.word(u64::from(*keyframe_regions));
     mix.word(u64::from(*solids));
+    mix.word(u64::from(*slip));
     mix.word(u64::from(*mask));
     mix.word(keyframe_weights.len() as u64);
     mix.word(emitters.len() as u64);

@@ -15,7 +15,7 @@ const CONFIG = layout(`
   uint32_t templates_history; uint32_t direct_coarse_iterations; double templates_tolerance;
   double guide_radius; double guide_smoothness; double guide_kinetic; double guide_penalty; uint32_t guide_iterations; uint32_t guide_solver;
   uint32_t direct_history_precision; uint32_t lbfgs_history_precision; double guide_curl_noise; double guide_noise_sigma;
-  uint32_t guide_noise_seed; uint32_t reserved; double direct_coarse_force_weight;
+  uint32_t guide_noise_seed; uint32_t no_slip; double direct_coarse_force_weight;
 `);
 const EMITTER = layout(`
   size_t from; size_t to; double rate; double target; double velocity[3]; uint32_t pushes; uint32_t reserved;

@@ -66,6 +66,7 @@ pub(super) fn of<T: Real, S: Space>(
         dt: problem.dt,
         steps: problem.steps,
         viscosity: problem.viscosity,
+        slip: problem.slip,
         buoyancy: lift,
         gravity_axis,
         acceleration: problem.buoyancy[..problem.cells.len()].to_vec(),

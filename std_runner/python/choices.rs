@@ -16,6 +16,7 @@ const NAMES: [&str; 26] = [
     "length",
     "boundary",
     "viscosity",
+    "slip",
     "buoyancy",
     "emitters",
     "templates",
@@ -118,6 +119,7 @@ impl Choices {
             "length" => self.scene.length = number(name, value)?,
             "boundary" => self.scene.boundary = boundary(value, self.scene.cells.len())?,
             "viscosity" => self.scene.viscosity = number(name, value)?,
+            "slip" => self.scene.slip = flag(name, value)?,
             "buoyancy" => self.scene.buoyancy = effects::buoyancy(value, self.scene.cells.len())?,
             "schedule" | "weights" | "regions" | "solids" | "mask" if value.is_none() => {}
             // An array, or True or False where a plan is made.

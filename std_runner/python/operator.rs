@@ -48,7 +48,7 @@ const CONTROL: [&str; 11] = [
 #[pymethods]
 impl PyOperator {
     #[new]
-    #[pyo3(signature = (shape, steps, **choices), text_signature = "(shape, steps, *, dtype='float64', dt=1.0, length=1.0, boundary='wall', viscosity=0.0, buoyancy=0.0, emitters=None, templates=None, solids=None, advection='limited', advection_tolerance=1e-05, projection_tolerance=1e-05, solver='implicit', options=None, tolerance=1e-10, slots='auto', threads=None, memory_limit=None)")]
+    #[pyo3(signature = (shape, steps, **choices), text_signature = "(shape, steps, *, dtype='float64', dt=1.0, length=1.0, boundary='wall', viscosity=0.0, slip=True, buoyancy=0.0, emitters=None, templates=None, solids=None, advection='limited', advection_tolerance=1e-05, projection_tolerance=1e-05, solver='implicit', options=None, tolerance=1e-10, slots='auto', threads=None, memory_limit=None)")]
     fn new(shape: &Bound<'_, PyAny>, steps: usize, choices: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let py = shape.py();
         let shape: Vec<usize> = read(

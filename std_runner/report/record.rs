@@ -25,6 +25,8 @@ pub struct RunRecord {
     pub steps: usize,
     /// Kinematic viscosity nu in the scene's units.
     pub viscosity: f64,
+    /// Whether the flow slips along walls and obstacles.
+    pub slip: bool,
     /// Acceleration where the density is 1, in the scene's units: along `gravity_axis`, upwards if positive.
     pub buoyancy: f64,
     /// The axis of the box that buoyancy acts along, x being 0; `null` where it is none of them.

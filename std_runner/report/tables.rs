@@ -35,7 +35,16 @@ pub(super) fn parameters(record: &RunRecord) -> String {
         ),
         ("Length of the box", number(record.length)),
         ("Time", format!("{} steps of {}", record.steps, number(record.dt))),
-        ("Viscosity", number(record.viscosity)),
+        (
+            "Viscosity",
+            match record.slip {
+                true => number(record.viscosity),
+                false => format!(
+                    "{}, by which the flow sticks to surfaces",
+                    number(record.viscosity)
+                ),
+            },
+        ),
         ("Force weight r", number(record.force_weight)),
         ("Smoothness of the force s", smoothness(record)),
         ("Filters m", record.filters.to_string()),

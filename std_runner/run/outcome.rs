@@ -74,6 +74,7 @@ impl Facts<'_> {
             dt: problem.dt,
             steps: problem.steps,
             viscosity: problem.viscosity,
+            slip: problem.slip,
             buoyancy,
             gravity_axis,
             acceleration: problem.buoyancy[..problem.cells.len()].to_vec(),

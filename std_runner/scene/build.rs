@@ -202,7 +202,16 @@ fn flow(document: &Document, raw: RawFlow, grid: &Grid, time: Time) -> Result<Fl
         return Err(document.refuse(key, why));
     }
     let buoyancy = effects::buoyancy(document, raw.buoyancy, raw.gravity, grid)?;
-    Ok(Flow { viscosity, buoyancy })
+    let slip = raw.slip.unwrap_or(standard().slip);
+    if !slip && viscosity == 0.0 {
+        let why = "is false, but a flow sticks to walls and obstacles by its viscosity, and flow.viscosity is 0; give it some, or set flow.slip = true";
+        return Err(document.refuse("flow.slip", why));
+    }
+    Ok(Flow {
+        viscosity,
+        slip,
+        buoyancy,
+    })
 }
 
 fn control(document: &Document, raw: RawControl, time: Time) -> Result<Control, Failure> {

@@ -26,6 +26,7 @@ const TABLES: &[(&str, &[Key])] = &[
         "/definitions/RawFlow/properties",
         &[
             ("viscosity", "0.0", "length^2 / time"),
+            ("slip", "true", ""),
             ("buoyancy", "0.0", FORCE),
             ("gravity", "against y in 2D, against z in 3D", ""),
         ],

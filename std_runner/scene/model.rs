@@ -103,6 +103,8 @@ pub struct Emission {
 pub struct Flow {
     /// nu, in the scene's units.
     pub viscosity: f64,
+    /// Whether it slips along walls and obstacles.
+    pub slip: bool,
     /// Acceleration where the density is 1, in the scene's units.
     pub buoyancy: [f64; 3],
 }

@@ -85,6 +85,8 @@ pub(super) struct RawTime {
 pub(super) struct RawFlow {
     /// How thick the fluid is; 1e-4 is like thin syrup.
     pub viscosity: Option<f64>,
+    /// Whether the flow slips along walls and obstacles, or sticks to them by its viscosity.
+    pub slip: Option<bool>,
     /// Acceleration where the density is 1, against gravity.
     pub buoyancy: Option<f64>,
     /// Which way is down.

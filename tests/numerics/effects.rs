@@ -17,6 +17,7 @@ use thurible_core::exec::ranks::Alone;
 use thurible_core::force::lift::Lift;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
+use thurible_core::grid::solids::Surfaces;
 use thurible_core::memory::{Arena, Ledger, Pool};
 use thurible_core::objective::script::Lists;
 use thurible_core::poisson::Projection;
@@ -91,6 +92,7 @@ pub struct On {
     pub solids: bool,
     pub mask: bool,
     pub jets: bool,
+    pub sticks: bool,
     pub smoothing: f64,
 }
 
@@ -103,6 +105,7 @@ pub const ALL: On = On {
     solids: false,
     mask: true,
     jets: true,
+    sticks: false,
     smoothing: 0.05,
 };
 pub const NONE: On = On {
@@ -114,6 +117,7 @@ pub const NONE: On = On {
     solids: false,
     mask: false,
     jets: false,
+    sticks: false,
     smoothing: 0.0,
 };
 
@@ -134,7 +138,10 @@ pub fn among(grid: &Grid, solid: &[bool], v: Components<f64>) -> Components<f64>
     }
     let slots = v[0].len() / grid.cells();
     let mut memory = Memory::new(1 << 20);
-    let mut levels = Levels::bare(grid, 0).with_obstacles(!solid.is_empty());
+    let mut levels = Levels::bare(grid, 0).with_surfaces(Surfaces {
+        obstacles: !solid.is_empty(),
+        stick: false,
+    });
     levels.fill(&mut Arena::new(memory.block())).unwrap();
     levels.set_solids(&Alone, |cell| solid.get(cell).is_some_and(|&solid| solid));
     let mut ledger = Ledger::new();
@@ -219,6 +226,7 @@ fn gradients_at<S: Space>(speed: f64, cells: &[usize], ends: &str, scheme: Schem
             [0.0; 3]
         },
         solid: &solid,
+        sticks: on.sticks,
         initial: &initial,
         advection: Advection {
             scheme,

@@ -7,7 +7,7 @@ use thurible_core::exec::ranks::Alone;
 use thurible_core::field::Block;
 use thurible_core::field::transfer::{Move, Place, Placed};
 use thurible_core::grid::levels::{Levels, MAX_LEVELS, hierarchy};
-use thurible_core::grid::solids::{SOLID, closed};
+use thurible_core::grid::solids::{SOLID, Surfaces, closed};
 use thurible_core::grid::taps::{Transfer, taps};
 use thurible_core::grid::{Axis, Boundary, Grid, Side};
 use thurible_core::memory::Arena;
@@ -290,7 +290,10 @@ fn coarser_grids_close_what_is_closed_throughout() {
             .map(|at| at[0] / 4 % 2 == 1 || random.unit() < 0.3)
             .collect();
         let mut memory = Memory::new(1 << 20);
-        let mut levels = Levels::<f64>::bare(&finest, 0).with_obstacles(true);
+        let mut levels = Levels::<f64>::bare(&finest, 0).with_surfaces(Surfaces {
+            obstacles: true,
+            stick: false,
+        });
         levels.fill(&mut Arena::new(memory.block())).unwrap();
         levels.set_solids(&Alone, |cell| solid[cell]);
         for (level, pair) in levels.grids.windows(2).enumerate() {

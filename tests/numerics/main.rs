@@ -64,6 +64,7 @@ mod stable_fluids;
 mod steps;
 mod stfas;
 mod stfas_solves;
+mod sticking;
 mod templates;
 mod tomography;
 mod track;

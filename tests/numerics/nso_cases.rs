@@ -7,7 +7,7 @@ use crate::fields::{Components, grid, places, view};
 use thurible_core::exec::ranks::Alone;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::coarsen;
-use thurible_core::grid::solids::{self, SOLID, Solids};
+use thurible_core::grid::solids::{self, SOLID, Solids, Surfaces};
 use thurible_core::nso::damping::LocalDamping;
 use thurible_core::nso::level::{Rhs, System};
 use thurible_core::nso::local::{fill_table, table_len};
@@ -146,7 +146,13 @@ impl<T: Real> Both<T> {
             solids: if self.bits.is_empty() {
                 Solids::default()
             } else {
-                Solids::new(&self.bits, true)
+                Solids::new(
+                    &self.bits,
+                    Surfaces {
+                        obstacles: true,
+                        stick: false,
+                    },
+                )
             },
             first: 0,
             slots: SLOTS,

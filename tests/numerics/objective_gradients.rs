@@ -50,6 +50,7 @@ impl Drawn {
             fields: &self.targets,
             buoyancy: [0.0; 3],
             solid: &[],
+            sticks: false,
             initial: &self.initial,
             advection: Advection {
                 scheme: self.scheme,
@@ -301,6 +302,7 @@ fn a_gradient_costs_less_than_three_simulations() {
             fields: &target,
             buoyancy: [0.0; 3],
             solid: &[],
+            sticks: false,
             initial: &initial,
             advection,
             filters: 3,

@@ -143,6 +143,7 @@ fn the_gradient_is_that_of_adjoint_control() {
         fields: &targets,
         buoyancy,
         solid: &[],
+        sticks: false,
         initial: &rest,
         advection,
         filters: 0,

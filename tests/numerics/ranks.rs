@@ -121,6 +121,7 @@ impl Case {
             },
             buoyancy: [1e-3, 4e-3, 2e-3],
             viscosity: 1e-4,
+            slip: !self.asks_for(Feature::Sticking),
             // Smoke that leaves takes mass along.
             match_mass: !self.ends.iter().any(|end| end.is_open()),
             solids: self.asks_for(Feature::Solids),
@@ -710,7 +711,13 @@ fn among_solids() {
     let steered = Case {
         steered: true,
         steps: 6,
-        more: &[Feature::Solids, Feature::Mask, Feature::Regions, Feature::Release],
+        more: &[
+            Feature::Solids,
+            Feature::Sticking,
+            Feature::Mask,
+            Feature::Regions,
+            Feature::Release,
+        ],
         ..plane
     };
     steered.ranks_agree::<f32, D2>(&[3]);
@@ -723,7 +730,7 @@ fn among_solids() {
     nested.ranks_agree::<f32, D2>(&[2, 5]);
     let space = Case {
         scheme: Scheme::Limited,
-        more: &[Feature::Solids],
+        more: &[Feature::Solids, Feature::Sticking],
         ..NESTED_3D
     };
     space.ranks_agree::<f32, D3>(&[3]);

@@ -6,7 +6,7 @@ use crate::fields::spacetime::{Case, Residual};
 use crate::fields::{grid, index, largest, local, places, zeros};
 use crate::nso_cases::{self, Both, IN_2D, IN_3D, SLOTS, SOLIDS, grids};
 use thurible_core::grid::Grid;
-use thurible_core::grid::solids::Solids;
+use thurible_core::grid::solids::{Solids, Surfaces};
 use thurible_core::nso::colours::{Cells, Colours};
 use thurible_core::nso::damping::LocalDamping;
 use thurible_core::nso::level::System;
@@ -201,7 +201,13 @@ fn sweep_solves_its_last_cells<S: Space>(list: &[(&[usize], &str)]) {
         let mut level = thurible_core::nso::level::LevelMut {
             grid: &grid,
             solids: if solid.is_some() {
-                Solids::new(&bits, true)
+                Solids::new(
+                    &bits,
+                    Surfaces {
+                        obstacles: true,
+                        stick: false,
+                    },
+                )
             } else {
                 Solids::default()
             },

@@ -167,6 +167,7 @@ fn gradients<S: Space>(cells: &[usize], ends: &str, scheme: Scheme, solids: bool
             fields: &targets,
             buoyancy: [0.01, -0.02, if grid.dims == 3 { 0.03 } else { 0.0 }],
             solid: if solids { &solid } else { &[] },
+            sticks: false,
             initial: &initial,
             advection: Advection {
                 scheme,

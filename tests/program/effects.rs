@@ -101,6 +101,47 @@ fn has_all(outcome: &Outcome) {
     assert!(acts(&outcome.force[9]) && outcome.force[10..].iter().all(|slot| !acts(slot)));
 }
 
+/// With a flow that sticks to the walls.
+#[test]
+fn everything_at_once_in_a_sticky_box() {
+    let sticky = ["--set", "flow.slip=false", "--set", "flow.viscosity=1e-2"];
+    let outcome = checked("effects_sticky", ALL, "solve", &sticky);
+    has_all(&outcome);
+    assert_eq!(outcome.report["slip"], false);
+    let multigrid = ["solve", "examples/small_letter.toml", "--method", "admm"];
+    let ended = run(&[&multigrid[..], &sticky].concat());
+    refused(&ended, &["`flow.slip` is more than", "nso", "newton_cg"]);
+}
+
+/// Smoke everywhere, which rises along a ring between two walls, comes to the parabola of Poiseuille.
+#[test]
+fn a_flow_that_sticks_becomes_a_parabola() {
+    let scene = "[grid]\ncells = [8, 16]\nboundary = [\"periodic\", \"wall\"]\n[time]\nsteps = 60\n[source]\nbox = { min = [-1, -1], max = [2, 2] }\n\
+        [flow]\nviscosity = 0.02\nslip = false\nbuoyancy = 1e-3\ngravity = [-1, 0]\n[output]\nframes = false\n";
+    let folder = fresh_folder("poiseuille");
+    let (path, out) = (folder.join("scene.toml"), folder.join("out"));
+    fs::write(&path, scene).unwrap();
+    let ended = run(&[
+        "simulate",
+        path.to_str().unwrap(),
+        "--quiet",
+        "-o",
+        out.to_str().unwrap(),
+    ]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let outcome = Outcome::read(&out);
+    let (last, h) = (outcome.velocity.last().unwrap(), 1.0 / 16.0);
+    for at in crate::support::field::indices(last[0].size) {
+        let y = (at[1] as f64 + 0.5) * h;
+        let expected = 1e-3 / 0.02 * (0.5 * y * (1.0 - y) + h * h / 8.0);
+        let found = last[0].at(at);
+        assert!(
+            (found - expected).abs() < 1e-3 * expected,
+            "at {y}: {found} and not {expected}"
+        );
+    }
+}
+
 #[test]
 fn everything_at_once_by_direct() {
     has_all(&checked("effects_direct", ALL, "solve", &[]));

@@ -24,6 +24,7 @@ impl Default for ThuribleConfig {
             keyframe_count: 0,
             force_weight: problem.force_weight,
             viscosity: problem.viscosity,
+            no_slip: u32::from(!problem.slip),
             smoothness: AUTOMATIC_SMOOTHNESS,
             filters: THURIBLE_AUTOMATIC,
             match_mass: problem.match_mass.into(),

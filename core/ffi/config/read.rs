@@ -39,10 +39,6 @@ impl ThuribleConfig {
     pub unsafe fn with<R>(&self, work: impl FnOnce(&Problem<'_>, &Params) -> R) -> Result<R, ConfigError> {
         let dims = dimensions(self.dimensions)?;
         let boundary = ends(&self.boundary, dims)?;
-        if self.reserved != 0 {
-            let (field, given) = ("reserved", self.reserved);
-            return Err(ConfigError::Code { field, given });
-        }
         let params = self.params()?;
         let mut lists = const { Lists::new() };
         // SAFETY: the caller's promise.
@@ -69,6 +65,7 @@ impl ThuribleConfig {
             mask: is_on("mask", self.mask)?,
             force_weight: self.force_weight,
             viscosity: self.viscosity,
+            slip: !is_on("no_slip", self.no_slip)?,
             smoothness: (self.smoothness != AUTOMATIC_SMOOTHNESS).then_some(self.smoothness),
             filters: (self.filters != THURIBLE_AUTOMATIC).then(|| wide(self.filters)),
             match_mass: is_on("match_mass", self.match_mass)?,

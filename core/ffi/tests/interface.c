@@ -156,6 +156,10 @@ static void configurations(void) {
     WRONG(steps = 3, "keyframe is at step 4");
     WRONG(force_weight = (double)NAN, "force_weight is NaN");
     WRONG(viscosity = -1.0, "viscosity is -1");
+    config = good, config.viscosity = 0.0, config.no_slip = 1;
+    refused(&config, THURIBLE_RESULT_CONFIG, "by its viscosity, and that is 0");
+    config.viscosity = 1e-3;
+    OK(thurible_plan(&config, NULL, NULL, NULL));
     WRONG(smoothness = -2.0, "smoothness is -2; it must be from 0 to 64");
     WRONG(smoothness = 65.0, "smoothness is 65");
     WRONG(smoothness = (double)NAN, "smoothness is NaN");
@@ -265,7 +269,7 @@ static void configurations(void) {
     ODD(guide_radius = 0.0, "guide.radius is 0");
     ODD(guide_solver = 3, "guide_solver is 3");
     ODD(guide_noise_sigma = 0.0, "guide.noise_sigma is 0");
-    ODD(reserved = 1, "reserved is 1");
+    ODD(no_slip = 2, "no_slip is 2");
     effects.template_count = 0;
     effects.method = THURIBLE_METHOD_DIRECT;
     factors[1].step = 1;
@@ -798,7 +802,7 @@ static double mass_at(const Scene *scene, const Thurible *solver, uint32_t field
 }
 
 /* A scene of eight steps with everything: an emitter by a rate and one that fills up, a keyframe at step 4 with weight and region, a schedule,
- * buoyancy, and a release at step 6. What it points to is the caller's. */
+ * buoyancy, walls to which the flow sticks, and a release at step 6. What it points to is the caller's. */
 static void add_effects(Scene *scene, uint32_t method, ThuribleEmitter emitters[2], const double *weight, const ThuribleFactor *factors) {
     ThuribleConfig *config = &scene->config;
     memset(emitters, 0, 2 * sizeof emitters[0]);
@@ -824,6 +828,7 @@ static void add_effects(Scene *scene, uint32_t method, ThuribleEmitter emitters[
         config->schedule = factors;
         config->schedule_count = 2;
         config->mask = 1;
+        config->no_slip = 1;
     }
     OK(thurible_plan(config, &scene->bytes, NULL, &scene->saved));
 }

@@ -686,6 +686,7 @@ static void search_refusals(void) {
         {"template", &config.controls, THURIBLE_CONTROL_TEMPLATES},
         {"precision is 5", &scene.precision, 5},
         {"solid cells", &scene.solids, 1},
+        {"sticks", &scene.no_slip, 1},
     };
     for (size_t index = 0; index < sizeof wrong / sizeof wrong[0]; index++) {
         const uint32_t kept = *wrong[index].field;

@@ -136,8 +136,8 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Admm<'m, T, S> {
     /// Its two problems have closed steps for |u|^2 alone.
     fn takes(params: &Params, feature: Feature) -> bool {
         match feature {
-            // STFAS knows no faces that are exits.
-            Feature::Open => params.admm.nso.solver == NsoSolver::NewtonCg,
+            // STFAS knows no faces that are exits, and none that stick.
+            Feature::Open | Feature::Sticking => params.admm.nso.solver == NsoSolver::NewtonCg,
             Feature::Solids | Feature::Buoyancy | Feature::Emitters | Feature::Regions | Feature::Release => {
                 true
             }

@@ -111,7 +111,7 @@ impl Threads {
 /// The same grids where one program has all of each. They take much of a stack, and are gone when they are counted.
 #[inline(never)]
 fn whole<T: Real>(levels: &Levels<'_, T>, setup: &Setup) -> Levels<'static, T> {
-    Levels::bare(&levels.finest.whole(), levels.filters()).with_obstacles(setup.flow.sweep.obstacles)
+    Levels::bare(&levels.finest.whole(), levels.filters()).with_surfaces(setup.flow.sweep.surfaces)
 }
 
 /// Grids that take part where one program has all of each: the next one has room in the work of the one before.

@@ -94,7 +94,7 @@ impl<'m, T: Real> Refined<'m, T> {
         Ok(Self {
             detail: detail.and_then(on_grid),
             effort: Effort::default(),
-            levels: Levels::bare(&finest, 0).with_obstacles(problem.solids),
+            levels: Levels::bare(&finest, 0).with_surfaces(problem.surfaces()),
             grids,
             flows: Default::default(),
             rho: &mut [],

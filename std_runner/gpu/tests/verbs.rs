@@ -10,7 +10,7 @@ use thurible_core::field::VectorMut;
 use thurible_core::force::time_line::TimeLine;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
-use thurible_core::grid::solids::closed;
+use thurible_core::grid::solids::{Surfaces, closed};
 use thurible_core::memory::{Arena, Ledger, Pool};
 use thurible_core::method::direct::there::hand_over;
 use thurible_core::method::first_hessian;
@@ -188,7 +188,10 @@ fn check<S: Space>(case: &Case) {
     };
     let mut memory = vec![MaybeUninit::new(0u8); 1 << 22];
     let at = memory.as_ptr().align_offset(64);
-    let mut levels = Levels::<f32>::bare(&grid, metric.filters).with_obstacles(case.solids);
+    let mut levels = Levels::<f32>::bare(&grid, metric.filters).with_surfaces(Surfaces {
+        obstacles: case.solids,
+        stick: false,
+    });
     levels.fill(&mut Arena::new(&mut memory[at..])).unwrap();
     if case.solids {
         levels.set_solids(&Alone, |cell| {

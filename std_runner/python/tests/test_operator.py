@@ -83,7 +83,7 @@ class Gradients(unittest.TestCase):
     def test_by_differences_round_solids_and_with_open_sides(self):
         solid = np.zeros((8, 9), bool)
         solid[3:5, 4:6] = True
-        for choices in ({"boundary": ("wall", "open_high"), "buoyancy": 0.1}, {"solids": solid, "viscosity": 1e-3}, {"solids": solid, "boundary": "open"}):
+        for choices in ({"boundary": ("wall", "open_high"), "buoyancy": 0.1}, {"solids": solid, "viscosity": 1e-3}, {"solids": solid, "viscosity": 1e-2, "slip": False}, {"solids": solid, "boundary": "open"}):
             operator, _, _, gradient = self.check((8, 9), 4, advection="limited", **choices)
             self.assertGreater(min(np.abs(field).max() for field in (gradient.density, *gradient.velocity, *gradient.forces)), 0.0)
         # Nothing is carried within the solid.

@@ -669,6 +669,7 @@ class Refusals(unittest.TestCase):
             ({"length": -1}, "length is -1"),
             ({"force_weight": 0}, "force_weight is 0"),
             ({"viscosity": -1e-3}, "viscosity is -0.001"),
+            ({"slip": False}, "by its viscosity, and that is 0"),
             ({"advection_tolerance": 0}, "advection_tolerance is 0"),
             ({"projection_tolerance": -1}, "projection_tolerance is -1"),
             ({"filters": 13}, "filters is 13; it must be at most 12"),

@@ -90,6 +90,7 @@ def solve(
     length: float = 1.0,
     boundary: Boundary | Sequence[Boundary] = "wall",
     viscosity: float = 0.0,
+    slip: bool = True,
     buoyancy: float | Sequence[float] = 0.0,
     emitters: Sequence[Emitter] | None = None,
     templates: Sequence[Template] | None = None,
@@ -127,7 +128,7 @@ def solve(
     the machine offers. `memory_limit` is in bytes, of the one block in which it is solved.
 
     `source` may be None where `emitters` make all smoke. `buoyancy` is the acceleration of the flow where the density is 1: a number, up
-    along the last of x, y (and z), or one for each of them. `solids` is True in cells that no smoke gets into, with
+    along the last of x, y (and z), or one for each of them. Without `slip` the flow sticks to walls and solids, by its `viscosity`. `solids` is True in cells that no smoke gets into, with
     limited transport. `schedule` says by step what the price of the force is
     multiplied by (not for "admm"): linear in its logarithm between the steps. `mask` says where force
     may act, in each cell from 0 (as good as nowhere) to 1, in between at 1 / mask^2 times the price (not for "admm"). `weights` and `regions` belong to keyframes, by their steps:
@@ -158,6 +159,7 @@ def plan(
     length: float = 1.0,
     boundary: Boundary | Sequence[Boundary] = "wall",
     viscosity: float = 0.0,
+    slip: bool = True,
     buoyancy: float | Sequence[float] = 0.0,
     emitters: Sequence[Emitter] | None = None,
     templates: Sequence[Template] | None = None,
@@ -580,7 +582,7 @@ class Gradient:
 class Operator:
     """A simulation as an operator, and its exact adjoint, in planned memory.
 
-    Called with shape (ny, nx) or (nz, ny, nx) and steps, and by name dtype="float64", dt, length, boundary, viscosity, buoyancy, emitters, templates,
+    Called with shape (ny, nx) or (nz, ny, nx) and steps, and by name dtype="float64", dt, length, boundary, viscosity, slip, buoyancy, emitters, templates,
     solids, advection, advection_tolerance, projection_tolerance as `solve`, tolerance=1e-10 (what steps leave, and about the relative error of
     gradients), slots="auto" (states that are kept), threads, memory_limit.
 

@@ -142,6 +142,7 @@ impl Scene {
             schedule: &self.effects.schedule,
             mask: !self.effects.mask.is_empty(),
             viscosity: self.viscosity,
+            slip: !self.effects.sticks,
             force_weight: self.force_weight,
             smoothness: None,
             filters: None,

@@ -5,6 +5,7 @@ use core::ops::ControlFlow;
 use thurible_core::exec::ranks::Alone;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
+use thurible_core::grid::solids::Surfaces;
 use thurible_core::memory::Arena;
 use thurible_core::memory::{Ledger, Pool};
 use thurible_core::method::admm::ao::{self, Fields, Setup};
@@ -33,6 +34,8 @@ pub struct Control<'a, T> {
     pub buoyancy: [f64; 3],
     /// Which cells are solid; none, or one flag each.
     pub solid: &'a [bool],
+    /// Whether the flow sticks to them and to walls.
+    pub sticks: bool,
     /// Velocity at step 0, v_0.
     pub initial: &'a Components<T>,
     pub advection: Advection,
@@ -101,8 +104,15 @@ impl<T: Real> Control<'_, T> {
         Found { direction, info }
     }
 
+    fn surfaces(&self) -> Surfaces {
+        Surfaces {
+            obstacles: !self.solid.is_empty(),
+            stick: self.sticks,
+        }
+    }
+
     fn levels<'m>(&self, block: &'m mut [core::mem::MaybeUninit<u8>]) -> Levels<'m, T> {
-        let mut levels = Levels::bare(self.grid, self.filters).with_obstacles(!self.solid.is_empty());
+        let mut levels = Levels::bare(self.grid, self.filters).with_surfaces(self.surfaces());
         levels.fill(&mut Arena::new(block)).unwrap();
         levels.set_solids(&Alone, |cell| self.solid.get(cell).copied().unwrap_or(false));
         levels
@@ -119,7 +129,7 @@ impl<T: Real> Control<'_, T> {
             stepping: self.advection.into(),
             largest: 1.0,
             threads: 1,
-            obstacles: !self.solid.is_empty(),
+            surfaces: self.surfaces(),
             overlap: false,
         }
     }

@@ -18,6 +18,8 @@ pub struct Effects {
     pub shapes: Vec<Vec<f64>>,
     /// Which cells are solid; none, or one flag each.
     pub solid: Vec<bool>,
+    /// Whether the flow sticks to walls and solid cells.
+    pub sticks: bool,
     /// Acceleration where the density is 1.
     pub buoyancy: [f64; 3],
     pub templates: Vec<Template>,
@@ -79,6 +81,7 @@ impl Scene {
                 ],
                 shapes: vec![ball(0.3, 0.3), ball(0.6, 0.3)],
                 solid: Vec::new(),
+                sticks: false,
                 buoyancy: [1e-4, -2e-4, if grid.dims == 3 { 3e-4 } else { 0.0 }],
                 templates: Vec::new(),
                 release: Some(steps),

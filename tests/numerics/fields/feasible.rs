@@ -78,6 +78,11 @@ pub fn check_flow(scene: &Scene, solved: &Solved, epsilon: f64) -> Vec<Component
             1.0,
             &naive.advection(&v[k + 1]),
         );
+        let drag = |axis: usize, at: [usize; 3]| {
+            naive.viscosity * naive.closeness(&|_| false, at, axis) * v[k + 1][axis][naive.id(at)]
+        };
+        let sticking = if scene.effects.sticks { 1.0 } else { 0.0 };
+        let produced = add_scaled_all(&produced, sticking, &naive.at_faces(drag));
         let lift = scene.effects.lift(&naive, &solved.density[k + 1]);
         let produced = add_scaled_all(&produced, -1.0 / force, &lift);
         // Velocities of emitters are in scaled numbers where the scene's units are 1.

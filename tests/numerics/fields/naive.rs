@@ -73,6 +73,26 @@ impl Naive {
             .is_none_or(|low| is_solid(at) || is_solid(low))
     }
 
+    /// How close the surfaces beside a face are to it, across: the sum of (v - ghost) / (v h^2) over the neighbours that are closed, where the ghost is -v
+    /// beyond a surface that is half a cell away, and 0 on one.
+    pub fn closeness(&self, solid: &impl Fn([usize; 3]) -> bool, at: [usize; 3], axis: usize) -> f64 {
+        let mut sum = 0.0;
+        for across in (0..self.grid.dims).filter(|&across| across != axis) {
+            for by in [-1, 1] {
+                let ghost = self.step(at, across, by).map_or(Some(-1.0), |to| {
+                    let pair = [Some(to), self.step(to, axis, -1)].map(|cell| cell.is_none_or(solid));
+                    match pair {
+                        [true, true] => Some(-1.0),
+                        [false, false] => None,
+                        _ => Some(0.0),
+                    }
+                });
+                sum += ghost.map_or(0.0, |ghost| 1.0 - ghost) / (self.grid.h[across] * self.grid.h[across]);
+            }
+        }
+        sum
+    }
+
     /// The velocity at the low (0) or high (1) face of a cell.
     pub fn face(&self, v: &Components<f64>, at: [usize; 3], axis: usize, side: isize) -> f64 {
         match self.step(at, axis, side) {

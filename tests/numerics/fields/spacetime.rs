@@ -6,6 +6,7 @@ use super::{Components, Memory, index, largest, places, slot, slot_of_all, view_
 use thurible_core::exec::ranks::Alone;
 use thurible_core::grid::Grid;
 use thurible_core::grid::levels::Levels;
+use thurible_core::grid::solids::Surfaces;
 use thurible_core::memory::Arena;
 use thurible_core::memory::{Ledger, Pool};
 use thurible_core::nso::damping::LocalDamping;
@@ -122,7 +123,10 @@ impl<T: Real> Case<T> {
         let (grid, slots) = (self.grid, self.slots);
         let mut memory = Memory::new(1 << 22);
         let mut arena = Arena::new(memory.block());
-        let mut levels = Levels::<T>::bare(&grid, 0).with_obstacles(self.solid.is_some());
+        let mut levels = Levels::<T>::bare(&grid, 0).with_surfaces(Surfaces {
+            obstacles: self.solid.is_some(),
+            stick: false,
+        });
         levels.fill(&mut arena).unwrap();
         if let Some(solid) = self.solid {
             levels.set_solids(&Alone, |cell| {

@@ -248,6 +248,7 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
         dt: 1.0,
         steps: frames.steps(),
         viscosity: 0.0,
+        slip: true,
         force_weight: 1e3,
         force_smoothness: 0.0,
         filters: 5,

@@ -61,6 +61,11 @@ pub const VALUES: &[Spoiled] = &[
     ),
     spoiled(
         METHOD,
+        "[flow]\nslip = false",
+        &["`flow.slip` is false", "flow.viscosity is 0", "flow.slip = true"],
+    ),
+    spoiled(
+        METHOD,
         "[flow]\nviscosity = 1e30",
         &["`flow.viscosity` is 1e30", "smaller"],
     ),

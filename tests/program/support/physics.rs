@@ -207,6 +207,24 @@ impl Grid {
     }
 
     /// max |omega|, the largest vorticity.
+    /// What walls to which the flow sticks add to minus the Laplacian: 2 v / h^2 at faces beside one.
+    pub fn sticking(&self, v: &[Field]) -> Vec<Field> {
+        let beside = |axis: usize, at: [usize; 3]| {
+            let across = (0..self.axes).filter(|&b| b != axis && !self.periodic[b]);
+            across
+                .map(|b| usize::from(at[b] == 0) + usize::from(at[b] == self.cells[b] - 1))
+                .sum::<usize>()
+        };
+        let of = |(axis, v): (usize, &Field)| {
+            let mut out = Field::zeros(v.size);
+            indices(v.size).for_each(|at| {
+                out.add(at, 2.0 * beside(axis, at) as f64 * v.at(at) / (self.h * self.h));
+            });
+            out
+        };
+        v.iter().enumerate().map(of).collect()
+    }
+
     pub fn curl_max(&self, v: &[Field]) -> f64 {
         let mut max = 0.0_f64;
         for &(a, b) in self.pairs() {

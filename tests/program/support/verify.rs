@@ -224,7 +224,14 @@ fn momentum(outcome: &Outcome, check: Check<'_>) {
     for (step, force) in outcome.force.iter().enumerate() {
         let (before, after) = (&outcome.velocity[step], &outcome.velocity[step + 1]);
         let mut residual = grid.self_advection(after);
-        let viscous = grid.curl_curl(after);
+        let mut viscous = grid.curl_curl(after);
+        if outcome.report["slip"] == false {
+            let sticking = grid.sticking(after);
+            for (viscous, sticking) in viscous.iter_mut().zip(&sticking) {
+                let all = viscous.data.iter_mut().zip(&sticking.data);
+                all.for_each(|(viscous, sticking)| *viscous += sticking);
+            }
+        }
         for (axis, field) in residual.iter_mut().enumerate() {
             let lifted = grid.at_faces(&outcome.density[step + 1], axis);
             for (index, value) in field.data.iter_mut().enumerate() {
