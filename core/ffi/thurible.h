@@ -198,7 +198,7 @@ typedef enum {
 
 // How an axis ends.
 typedef enum {
-    // Walls at both ends: no flow through them, free slip along them.
+    // Walls at both ends: no flow through them, free slip along them unless the flow sticks.
     THURIBLE_BOUNDARY_WALL = 0,
     // Both ends are the same place: what leaves at one enters at the other.
     THURIBLE_BOUNDARY_PERIODIC = 1,
@@ -683,8 +683,8 @@ typedef struct {
     double guide_noise_sigma;
     // Guidance: which noise, from 1.
     uint32_t guide_noise_seed;
-    // Whether the flow sticks to walls and solid cells, by its viscosity, and does not slip along them: 0, the default, or 1. ADMM's multigrid knows
-    // none.
+    // Whether the flow sticks to walls and solid cells, by its viscosity, which is above 0 then, and does not slip along them: 0, the default,
+    // or 1. ADMM's multigrid and Stable Fluids refuse it.
     uint32_t no_slip;
     // Direct: what the force's weight is multiplied by from each grid to the next coarser one, above 0 and below 100; 1 by default.
     double direct_coarse_force_weight;

@@ -71,7 +71,7 @@ impl Space for D3 {
 /// How an axis ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Boundary {
-    /// Closed, free slip (the paper's Neumann condition).
+    /// Closed, with free slip unless the flow sticks (the paper's Neumann condition).
     #[default]
     Wall,
     /// Wraps around.

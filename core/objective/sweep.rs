@@ -30,7 +30,7 @@ pub struct Setup {
     pub largest: f64,
     /// Threads that scratch was planned for.
     pub threads: usize,
-    /// Whether there may be obstacles.
+    /// What the flow meets.
     pub surfaces: Surfaces,
     /// Whether there is memory for two threads to do different works where fields are small.
     pub overlap: bool,

@@ -252,7 +252,7 @@ impl fmt::Display for ProblemError {
             ),
             Self::SticksWithoutViscosity => write!(
                 f,
-                "the flow is to stick to walls, which it does by its viscosity, and that is 0; give it some, or take slip = true"
+                "the flow is to stick to walls and obstacles, which it does by its viscosity, and that is 0; give it some, or let it slip"
             ),
             Self::MassLeaves => write!(
                 f,

@@ -75,6 +75,7 @@ pub fn run(command: &SceneCommand) -> Result<u8, Failure> {
     for sentence in findings(&scene, &drawn) {
         display.warning(&sentence);
     }
+    display.close();
     display.event("picture", json!({ "file": path.display().to_string() }));
     if !arguments.json {
         print(&format!("drawn in {}", path.display()));

@@ -10,7 +10,7 @@ use thurible_core::choices::{Kind, Value};
 use thurible_core::words::{Alternatives, Named};
 use thurible_core::{Boundary, Method, Params};
 
-const NAMES: [&str; 26] = [
+const NAMES: [&str; 27] = [
     "steps",
     "dt",
     "length",

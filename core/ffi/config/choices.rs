@@ -17,7 +17,7 @@ pub enum ThuriblePrecision {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ThuribleBoundary {
-    /// Walls at both ends: no flow through them, free slip along them.
+    /// Walls at both ends: no flow through them, free slip along them unless the flow sticks.
     Wall = 0,
     /// Both ends are the same place: what leaves at one enters at the other.
     Periodic = 1,

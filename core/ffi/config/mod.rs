@@ -193,8 +193,8 @@ pub struct ThuribleConfig {
     pub guide_noise_sigma: f64,
     /// Guidance: which noise, from 1.
     pub guide_noise_seed: u32,
-    /// Whether the flow sticks to walls and solid cells, by its viscosity, and does not slip along them: 0, the default, or 1. ADMM's multigrid knows
-    /// none.
+    /// Whether the flow sticks to walls and solid cells, by its viscosity, which is above 0 then, and does not slip along them: 0, the default,
+    /// or 1. ADMM's multigrid and Stable Fluids refuse it.
     pub no_slip: u32,
     /// Direct: what the force's weight is multiplied by from each grid to the next coarser one, above 0 and below 100; 1 by default.
     pub direct_coarse_force_weight: f64,

@@ -206,7 +206,6 @@ impl Grid {
         out
     }
 
-    /// max |omega|, the largest vorticity.
     /// What walls to which the flow sticks add to minus the Laplacian: 2 v / h^2 at faces beside one.
     pub fn sticking(&self, v: &[Field]) -> Vec<Field> {
         let beside = |axis: usize, at: [usize; 3]| {
@@ -225,6 +224,7 @@ impl Grid {
         v.iter().enumerate().map(of).collect()
     }
 
+    /// max |omega|, the largest vorticity.
     pub fn curl_max(&self, v: &[Field]) -> f64 {
         let mut max = 0.0_f64;
         for &(a, b) in self.pairs() {
