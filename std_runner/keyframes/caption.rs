@@ -27,3 +27,27 @@ pub(crate) fn caption(text: &str, width: usize, height: usize) -> Vec<f64> {
     };
     fill(&canvas, &letters)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The columns of a caption in which there is ink, from the first to the last.
+    fn inked(text: &str, width: usize) -> Option<(usize, usize)> {
+        let light = caption(text, width, 20);
+        let mut columns =
+            (0..width).filter(|x| light.iter().skip(*x).step_by(width).any(|light| *light > 0.5));
+        let first = columns.next()?;
+        Some((first, columns.last().unwrap_or(first)))
+    }
+
+    #[test]
+    fn a_caption_begins_on_the_left_and_fits() {
+        let (first, last) = inked("step 40", 200).unwrap_or_default();
+        assert!(first < 3 && (40..100).contains(&last), "{first} {last}");
+        let (first, last) = inked(&"step 40 ".repeat(9), 200).unwrap_or_default();
+        assert!(first < 3 && (190..200).contains(&last), "{first} {last}");
+        // A font has no letter for it.
+        assert_eq!(inked("\u{10ffff}", 200), None);
+    }
+}

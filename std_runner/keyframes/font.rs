@@ -221,4 +221,36 @@ mod tests {
         }
         assert!(matches!(set("\u{10ffff}", built_in()), Err(Trouble::Text(..))));
     }
+
+    #[test]
+    fn a_letter_without_ink_is_named() {
+        let found = refuse_inkless("a b", &[true, false, false]);
+        assert!(matches!(found, Err(Trouble::Text(found, _)) if found.contains("'b'")));
+        assert!(refuse_inkless("a b", &[true, false, true]).is_ok());
+    }
+
+    /// OpenType's curves have two points between their ends; DejaVu's have one.
+    #[test]
+    fn curves_of_both_kinds_go_through_the_middle() {
+        let drawn = |draw: &dyn Fn(&mut Pencil)| {
+            let mut pencil = Pencil {
+                em: 2.0,
+                pen: [1.0, 0.0],
+                contours: Vec::new(),
+            };
+            pencil.move_to(0.0, 0.0);
+            draw(&mut pencil);
+            let contour = pencil.contours.remove(0);
+            (contour[PIECES / 2], *contour.last().unwrap_or(&[0.0; 2]))
+        };
+        let end = [3.0, 0.0];
+        assert_eq!(
+            drawn(&|pencil| pencil.quad_to(2.0, 4.0, 4.0, 0.0)),
+            ([2.0, 1.0], end)
+        );
+        assert_eq!(
+            drawn(&|pencil| pencil.curve_to(0.0, 4.0, 4.0, 4.0, 4.0, 0.0)),
+            ([2.0, 1.5], end)
+        );
+    }
 }

@@ -161,6 +161,14 @@ mod tests {
         );
     }
 
+    /// Runs of another script that are read from the right follow on the left.
+    #[test]
+    fn scripts_are_shaped_one_by_one() {
+        assert_eq!(seen("של بد"), ["د", "ب", " ", "ל", "ש"]);
+        assert_eq!(of_one_script("ab β γ1δ", 0..11), [0..3, 3..11]);
+        assert_eq!(of_one_script("1a2", 0..3), [0..3; 1]);
+    }
+
     #[test]
     fn letters_join_and_give_way() {
         // Lam and alef are one glyph, and beh between others is not the one that stands alone.

@@ -51,6 +51,31 @@ fn files_are_looked_for_beside_the_scene_wherever_the_program_runs() {
     }
 }
 
+/// Of an array with a density for each step of the scene those at the keyframes' steps are taken; of another one, one after the other.
+#[test]
+fn an_array_of_all_steps_gives_those_that_are_asked_for() {
+    let keyframe = "steps = { from = 2, every = 2 }\nfile = \"all.npy\"";
+    for (frames, taken) in [(5, [2.0, 4.0]), (2, [0.0, 1.0])] {
+        let folder = written(&format!("all_{frames}"), keyframe);
+        let values: Vec<f64> = (0..frames)
+            .flat_map(|frame| density().into_iter().map(move |x| x * f64::from(frame + 1)))
+            .collect();
+        let array = npy(&[frames as usize, SIDE, SIDE], &values);
+        fs::write(folder.join("all.npy"), array).unwrap();
+        let ended = seen(&folder, "scene.toml", &folder);
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        let mass = |step: usize| -> f64 {
+            let title = format!("keyframe[0], step {step}");
+            let found = ended.out.lines().find(|line| line.contains(&title));
+            let number = found.unwrap().split_whitespace().next().unwrap();
+            number.parse().unwrap()
+        };
+        let ratio = mass(4) / mass(2);
+        let expected = (taken[1] + 1.0) / (taken[0] + 1.0);
+        assert!((ratio - expected).abs() < 1e-3 * expected, "{frames}: {ratio}");
+    }
+}
+
 #[test]
 fn a_header_that_promises_more_steps_than_there_are_is_refused() {
     let keyframe = "steps = { from = 2, every = 2 }\nfile = \"huge.npy\"";
