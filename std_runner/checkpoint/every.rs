@@ -65,6 +65,17 @@ mod tests {
     use super::*;
 
     #[test]
+    fn what_is_asked_for_is_a_time_or_a_number() {
+        let asked = [
+            Every::ByItself,
+            Every::Off,
+            Every::Seconds(9.0),
+            Every::Iterations(2),
+        ];
+        assert_eq!(asked.map(Every::is_asked_for), [false, false, true, true]);
+    }
+
+    #[test]
     fn reads_what_people_write() {
         for (text, every) in [
             ("every=60s", Every::Seconds(60.0)),

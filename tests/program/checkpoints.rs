@@ -184,6 +184,22 @@ fn a_solve_in_windows_goes_on_bit_for_bit() {
     goes_on("killed_flow", WINDOWS, &["simulate"], &[2]);
 }
 
+/// States come as often as they are asked for, and nothing is left where none are.
+#[test]
+fn no_state_is_kept_unasked() {
+    let folder = folder_with("rarely", PLAIN);
+    let solve = ["solve", "scene.toml", "-o", "out", "--checkpoint"];
+    let states = || ["state.0", "state.1"].map(|state| folder.join("out.checkpoint").join(state).exists());
+    killed(&folder, &[&solve[..], &["every=1000000"]].concat(), 6);
+    assert_eq!(states(), [false; 2]);
+    killed(&folder, &[&solve[..], &["every=1"]].concat(), 6);
+    assert_eq!(states(), [true; 2]);
+    // Windows that are over are kept beside states, and not without.
+    let folder = folder_with("rarely_windows", WINDOWS);
+    killed(&folder, &[&solve[..], &["off"]].concat(), 20);
+    assert!(!folder.join("out.checkpoint").exists());
+}
+
 /// What a solve began with is what it goes on with.
 #[test]
 fn what_was_changed_since_is_refused_by_name() {

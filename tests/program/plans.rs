@@ -111,3 +111,71 @@ fn memory_limit_that_is_asked_for_is_enough_and_one_byte_less_is_not() {
     assert_eq!(short.code, 3);
     assert!(short.err.contains("`grid.cells`"), "{}", short.err);
 }
+
+/// What does not fit is refused with the ways out that there are, and with no others.
+#[test]
+fn what_does_not_fit_is_told_what_would() {
+    let refused = |more: &[&str]| {
+        let scene = [
+            "plan",
+            "examples/letter_f.toml",
+            "--set",
+            "method.direct.history=5",
+        ];
+        let ended = run(&[&scene[..], more].concat());
+        assert_eq!(ended.code, 3, "{}", ended.err);
+        ended.err
+    };
+    let ways = [
+        "--precision f32, which fits",
+        "more ranks",
+        "in parts by `method.window`",
+    ];
+    let cases: [(&[&str], [bool; 3]); 6] = [
+        (
+            &["--precision", "f64", "--memory-limit", "100MiB"],
+            [true, false, true],
+        ),
+        (
+            &["--precision", "f64", "--memory-limit", "60MiB"],
+            [false, false, true],
+        ),
+        (
+            &["--precision", "f32", "--memory-limit", "60MiB"],
+            [false, false, true],
+        ),
+        (
+            &["--memory-limit", "3MiB", "--set", "method.window=20"],
+            [false, false, false],
+        ),
+        (&["--memory-limit", "3MiB", "--ranks", "2"], [false, true, true]),
+        (
+            &["--memory-limit", "3MiB", "--threads", "1"],
+            [false, false, true],
+        ),
+    ];
+    for (more, expected) in cases {
+        let said = refused(more);
+        let found = ways.map(|way| said.contains(way));
+        assert_eq!(found, expected, "{more:?}: {said}");
+    }
+    // The largest grid of that shape fits, and the next one does not.
+    let said = refused(&["--memory-limit", "60MiB"]);
+    let (_, rest) = said.split_once("set `grid.cells` to [").unwrap();
+    let side: usize = rest.split([',', ']']).next().unwrap().parse().unwrap();
+    let with = |side: usize| {
+        let cells = format!("grid.cells=[{side},{side}]");
+        run(&[
+            "plan",
+            "examples/letter_f.toml",
+            "--set",
+            "method.direct.history=5",
+            "--memory-limit",
+            "60MiB",
+            "--set",
+            &cells,
+        ])
+        .code
+    };
+    assert_eq!((with(side), with(side + 8)), (0, 3), "{said}");
+}
