@@ -38,7 +38,7 @@ mod tests {
         let mut columns =
             (0..width).filter(|x| light.iter().skip(*x).step_by(width).any(|light| *light > 0.5));
         let first = columns.next()?;
-        Some((first, columns.last().unwrap_or(first)))
+        Some((first, columns.next_back().unwrap_or(first)))
     }
 
     #[test]
