@@ -184,6 +184,38 @@ fn a_solve_in_windows_goes_on_bit_for_bit() {
     goes_on("killed_flow", WINDOWS, &["simulate"], &[2]);
 }
 
+/// The result that a flow began with is one of its inputs.
+#[test]
+fn a_result_that_was_changed_since_is_refused_by_name() {
+    let folder = folder_with("changed_result", WINDOWS);
+    let first = ["simulate", "scene.toml", "--quiet", "-o", "first"];
+    assert_eq!(ended(&folder, &first).code, 0);
+    let from = [
+        "simulate",
+        "scene.toml",
+        "--from",
+        "first",
+        "-o",
+        "out",
+        "--checkpoint",
+        "every=1",
+    ];
+    killed(&folder, &from, 2);
+    let archive = folder.join("first/result.npz");
+    let mut bytes = fs::read(&archive).unwrap();
+    *bytes.last_mut().unwrap() ^= 1;
+    fs::write(&archive, &bytes).unwrap();
+    let refused = ended(&folder, &["resume", "out"]);
+    assert!(
+        refused.code != 0 && refused.err.contains("first/result.npz"),
+        "{}",
+        refused.err
+    );
+    *bytes.last_mut().unwrap() ^= 1;
+    fs::write(&archive, &bytes).unwrap();
+    assert_eq!(ended(&folder, &["resume", "out", "--quiet"]).code, 0);
+}
+
 /// States come as often as they are asked for, and nothing is left where none are.
 #[test]
 fn no_state_is_kept_unasked() {
@@ -194,6 +226,13 @@ fn no_state_is_kept_unasked() {
     assert_eq!(states(), [false; 2]);
     killed(&folder, &[&solve[..], &["every=1"]].concat(), 6);
     assert_eq!(states(), [true; 2]);
+    // One that is solved anew throws them away, also where it keeps none.
+    let anew = ["off", "--force", "--set", "method.iterations=1", "--quiet"];
+    assert!(matches!(
+        ended(&folder, &[&solve[..], &anew].concat()).code,
+        0 | 5
+    ));
+    assert!(folder.join("out/result.npz").exists() && !folder.join("out.checkpoint").exists());
     // Windows that are over are kept beside states, and not without.
     let folder = folder_with("rarely_windows", WINDOWS);
     killed(&folder, &[&solve[..], &["off"]].concat(), 20);

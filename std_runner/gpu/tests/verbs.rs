@@ -152,6 +152,10 @@ fn check<S: Space>(case: &Case) {
         filters: 3,
         identity: 1.0,
     };
+    let surfaces = Surfaces {
+        obstacles: case.solids,
+        stick: false,
+    };
     let setup = flow::Setup {
         sweep: sweep::Setup {
             slots: SLOTS,
@@ -159,7 +163,7 @@ fn check<S: Space>(case: &Case) {
             stepping: Advection::default().into(),
             largest: 1.0,
             threads: 1,
-            obstacles: case.solids,
+            surfaces,
             overlap: false,
         },
         viscosity: case.viscosity,
@@ -188,10 +192,7 @@ fn check<S: Space>(case: &Case) {
     };
     let mut memory = vec![MaybeUninit::new(0u8); 1 << 22];
     let at = memory.as_ptr().align_offset(64);
-    let mut levels = Levels::<f32>::bare(&grid, metric.filters).with_surfaces(Surfaces {
-        obstacles: case.solids,
-        stick: false,
-    });
+    let mut levels = Levels::<f32>::bare(&grid, metric.filters).with_surfaces(surfaces);
     levels.fill(&mut Arena::new(&mut memory[at..])).unwrap();
     if case.solids {
         levels.set_solids(&Alone, |cell| {
