@@ -78,8 +78,9 @@ pub fn add<T: Real, R: AtSurfaces<T>>(
             continue;
         }
         let values = block.of(field[axis], row);
-        for across in (0..grid.dims).filter(|&across| across != axis) {
-            let each = nu * T::from_f64(1.0 / (grid.h[across] * grid.h[across]));
+        let sides = grid.h.iter().enumerate().take(grid.dims);
+        for (across, h) in sides.filter(|&(across, _)| across != axis) {
+            let each = nu * T::from_f64(1.0 / (h * h));
             for side in [Side::Low, Side::High] {
                 of_side((grid, row, solids), (axis, across, side), |x, c| {
                     let factor = each * T::from_f64(f64::from(c));
