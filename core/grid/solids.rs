@@ -71,9 +71,13 @@ impl<'a> Solids<'a> {
     /// No solid cells in a box with walls, to which the flow sticks or not.
     #[must_use]
     pub fn none(stick: bool) -> Self {
-        let mut none = Self::default();
-        none.surfaces.stick = stick;
-        none
+        Self {
+            surfaces: Surfaces {
+                obstacles: false,
+                stick,
+            },
+            ..Self::default()
+        }
     }
 
     /// Whether the flow sticks to walls and obstacles.

@@ -44,6 +44,9 @@ impl<T: Copy + core::ops::Add<Output = T> + core::ops::Sub<Output = T> + core::o
 pub trait Rule<T>: Copy {
     /// Reads the velocities at four faces (and those of a second field) and overwrites the four contributions.
     fn contribute(self, velocity: Quad<'_, T>, second: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]);
+
+    /// The nu by which the flow [sticks](super::sticking) to surfaces: 0 of what sticks to none, as the curls of forces.
+    fn sticking(self) -> T;
 }
 
 /// Adv(v) + nu C^T C v: A gets -omega bbar / 2, B gets +omega abar / 2, and nu omega / h on A- and B+, minus that on A+ and B-.
@@ -72,6 +75,10 @@ multiversion! {
 impl<T: Real> Rule<T> for Advection<T> {
     fn contribute(self, velocity: Quad<'_, T>, _second: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
         advection(self.0, velocity, inverse, out);
+    }
+
+    fn sticking(self) -> T {
+        self.0
     }
 }
 
@@ -102,6 +109,10 @@ multiversion! {
 impl<T: Real> Rule<T> for Derivative<T> {
     fn contribute(self, velocity: Quad<'_, T>, second: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
         derivative(self.0, velocity, second, inverse, out);
+    }
+
+    fn sticking(self) -> T {
+        self.0
     }
 }
 
@@ -134,6 +145,10 @@ impl<T: Real> Rule<T> for Adjoint<T> {
     fn contribute(self, velocity: Quad<'_, T>, second: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
         adjoint(self.0, velocity, second, inverse, out);
     }
+
+    fn sticking(self) -> T {
+        self.0
+    }
 }
 
 /// nu C^T C v alone. It holds nu.
@@ -158,6 +173,10 @@ impl<T: Real> Rule<T> for Drag<T> {
     fn contribute(self, velocity: Quad<'_, T>, _second: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
         drag(self.0, velocity, inverse, out);
     }
+
+    fn sticking(self) -> T {
+        T::ZERO
+    }
 }
 
 /// J(v)^T m alone, as [`Adjoint`] without viscosity.
@@ -167,6 +186,10 @@ pub struct Bend;
 impl<T: Real> Rule<T> for Bend {
     fn contribute(self, velocity: Quad<'_, T>, second: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
         Adjoint(T::ZERO).contribute(velocity, second, inverse, out);
+    }
+
+    fn sticking(self) -> T {
+        T::ZERO
     }
 }
 

@@ -6,7 +6,7 @@
 
 use super::exits::{self, AtExits};
 use super::plaquette::{Adjoint, Advection, Derivative, Rule, SCRATCH_ROWS, accumulate};
-use super::sticking::{self, AtSurfaces};
+use super::sticking;
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::{Block, Vector, VectorMut, borders, reborrow, rows};
 use crate::grid::solids::Solids;
@@ -108,7 +108,7 @@ pub(crate) enum Start {
 pub(crate) fn for_blocks<
     T: Real,
     S: Space,
-    R: Rule<T> + AtExits<T> + AtSurfaces<T> + Sync,
+    R: Rule<T> + AtExits<T> + Sync,
     F: Fn(&Block<'_>, usize, &mut [&mut [T]; 3], &mut [T]) + Sync,
 >(
     exec: &dyn Exec,

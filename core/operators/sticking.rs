@@ -13,51 +13,14 @@
 //! It is diagonal, symmetric and never negative. Between two walls the parabola of Poiseuille comes out exactly but for h^2 / 8 of its second
 //! derivative.
 
-use super::plaquette::{Adjoint, Advection, Bend, Derivative, Drag};
+use super::plaquette::Rule;
 use crate::field::{Block, Vector};
 use crate::grid::solids::{OUTSIDE, Solids, closed};
 use crate::grid::{Grid, Side};
 use crate::real::Real;
 
-/// What a rule of the plaquettes does at surfaces to which the flow sticks.
-pub trait AtSurfaces<T>: Copy {
-    /// The nu by which it sticks: 0 where it does not.
-    fn sticking(self) -> T;
-}
-
-impl<T: Real> AtSurfaces<T> for Advection<T> {
-    fn sticking(self) -> T {
-        self.0
-    }
-}
-
-impl<T: Real> AtSurfaces<T> for Derivative<T> {
-    fn sticking(self) -> T {
-        self.0
-    }
-}
-
-impl<T: Real> AtSurfaces<T> for Adjoint<T> {
-    fn sticking(self) -> T {
-        self.0
-    }
-}
-
-// The curls of forces stick to nothing.
-impl<T: Real> AtSurfaces<T> for Drag<T> {
-    fn sticking(self) -> T {
-        T::ZERO
-    }
-}
-
-impl<T: Real> AtSurfaces<T> for Bend {
-    fn sticking(self) -> T {
-        T::ZERO
-    }
-}
-
 /// Adds what the faces of a row of a block get: of the second field, or of v where there is none.
-pub fn add<T: Real, R: AtSurfaces<T>>(
+pub fn add<T: Real, R: Rule<T>>(
     (block, row, solids): (&Block<'_>, usize, Solids<'_>),
     rule: R,
     v: Vector<'_, T>,

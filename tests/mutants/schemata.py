@@ -3,7 +3,7 @@
 
 plant changes copies of sources in place. Every place where something may be changed asks at run time whether it is its turn: a function gives
 a constant at once, a condition is the other way round, a number is one more, a sum is a difference. It prints a line for each place. Every crate
-that is changed needs `pub fn mutant(number: usize) -> bool` at its root, which the scripts `readers` and `core` write.
+that is changed needs `pub fn mutant(number: usize) -> bool` at its root, which the scripts `readers`, `core` and `program` take from `turn.rs`.
 
 run runs the test programs once for each line of LIST (a file of such lines) with MUTANT set, and prints the lines that no test noticed.
 The arguments are the last one's.
