@@ -262,10 +262,7 @@ impl Problem<'_> {
     /// From scaled numbers (dt = length = 1) to the scene's.
     #[must_use]
     pub fn units(&self) -> Units {
-        Units {
-            velocity: self.length / self.dt,
-            force: self.length / (self.dt * self.dt),
-        }
+        Units::of(self.length, self.dt)
     }
 
     /// The viscosity in scaled numbers, nu dt / length^2.
@@ -296,4 +293,27 @@ pub struct Units {
     pub velocity: f64,
     /// Of forces: length / dt^2.
     pub force: f64,
+}
+
+impl Units {
+    /// Of a box so long, in steps of dt.
+    #[must_use]
+    pub fn of(length: f64, dt: f64) -> Self {
+        Self {
+            velocity: length / dt,
+            force: length / (dt * dt),
+        }
+    }
+
+    /// The scene's weight of the force that is r' in scaled numbers: r = r' dt^4 / length^2.
+    #[must_use]
+    pub fn force_weight(self, scaled: f64) -> f64 {
+        scaled / (self.force * self.force)
+    }
+
+    /// The scene's penalty of ADMM that is K' in scaled numbers: K = K' dt^2 / length^2.
+    #[must_use]
+    pub fn penalty(self, scaled: f64) -> f64 {
+        scaled / (self.velocity * self.velocity)
+    }
 }

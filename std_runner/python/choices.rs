@@ -83,6 +83,12 @@ impl Choices {
         if templates.is_some() && effects::argument(given, "method")?.is_none() {
             choices.params.method = Method::Templates;
         }
+        // Weights that are left out are those of a box and steps of length 1.
+        let units = choices.scene.problem().units();
+        if effects::argument(given, "force_weight")?.is_none() {
+            choices.scene.force_weight = units.force_weight(choices.scene.force_weight);
+        }
+        choices.params.admm.penalty = units.penalty(choices.params.admm.penalty);
         if let Some(options) = options {
             let method = choices.params.method;
             set_options(choices.params.choices_mut(method), &options)?;
@@ -133,6 +139,7 @@ impl Choices {
             "emitters" => {}
             // Read after all others: they end with the scene.
             "templates" => {}
+            "force_weight" if value.is_none() => {}
             "force_weight" => self.scene.force_weight = number(name, value)?,
             "smoothness" if is_automatic(value) => self.scene.smoothness = None,
             "smoothness" => self.scene.smoothness = Some(number(name, value)?),

@@ -138,7 +138,7 @@ fn too_large(choices: &Choices, precision: Precision, needed: usize, limit: usiz
 /// The memory that a solve of arrays of `shape` with keyframes at the steps `keyframes` takes; nothing is allocated. Takes the
 /// arguments of `solve`, and dtype: "float32" or "float64"; emitters need no shape, and solids, mask and regions may be True.
 #[pyfunction]
-#[pyo3(signature = (shape, keyframes, **choices), text_signature = "(shape, keyframes, *, dtype='float32', steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, slip=True, buoyancy=0.0, emitters=None, templates=None, solids=None, force_weight=1000.0, smoothness=None, schedule=None, mask=None, weights=None, regions=None, release=None, filters=None, match_mass=True, advection='limited', advection_tolerance=1e-05, projection_tolerance=1e-05, method=None, options=None, iterations=60, threads=None, memory_limit=None)")]
+#[pyo3(signature = (shape, keyframes, **choices), text_signature = "(shape, keyframes, *, dtype='float32', steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, slip=True, buoyancy=0.0, emitters=None, templates=None, solids=None, force_weight=None, smoothness=None, schedule=None, mask=None, weights=None, regions=None, release=None, filters=None, match_mass=True, advection='limited', advection_tolerance=1e-05, projection_tolerance=1e-05, method=None, options=None, iterations=60, threads=None, memory_limit=None)")]
 pub fn plan(
     shape: &Bound<'_, PyAny>,
     keyframes: &Bound<'_, PyAny>,

@@ -25,7 +25,7 @@ use thurible_core::{D2, D3, Fluids, FluidsParams, FluidsPlan, Named, Space, Stat
 /// and "templates". Takes the arguments of `solve` that it knows, and `slots`; `options` are those of `[method.stable_fluids]`. `initial_velocity` is a tuple by
 /// axis of arrays of the source's shape: everything is at the centres of cells. States are kept and gone on from as by `solve`.
 #[pyfunction]
-#[pyo3(signature = (source, keyframes, **choices), text_signature = "(source, keyframes, *, control='initial_velocity', steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, buoyancy=0.0, templates=None, force_weight=1000.0, weights=None, filters=None, match_mass=True, initial_velocity=None, options=None, slots='auto', iterations=60, threads=None, memory_limit=None, progress=None, checkpoint=None, checkpoint_every=60.0, resume=None)")]
+#[pyo3(signature = (source, keyframes, **choices), text_signature = "(source, keyframes, *, control='initial_velocity', steps=None, dt=1.0, length=1.0, boundary='wall', viscosity=0.0, buoyancy=0.0, templates=None, force_weight=None, weights=None, filters=None, match_mass=True, initial_velocity=None, options=None, slots='auto', iterations=60, threads=None, memory_limit=None, progress=None, checkpoint=None, checkpoint_every=60.0, resume=None)")]
 pub fn stable_fluids<'py>(
     source: &Bound<'py, PyAny>,
     keyframes: &Bound<'py, PyAny>,

@@ -11,7 +11,7 @@ use crate::destination::HOME;
 use crate::exit::Failure;
 use std::path::{Path, PathBuf};
 use thurible_core::choices::Numbers;
-use thurible_core::problem::{CELLS, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS};
+use thurible_core::problem::{CELLS, MAX_FILTERS, MAX_SMOOTHNESS, MAX_STEPS, Units};
 use thurible_core::words::UnknownWord;
 use thurible_core::{Boundary, Method, Named, Problem};
 use toml::Value;
@@ -53,23 +53,29 @@ fn build(document: Document, raw: RawScene) -> Result<Scene, Failure> {
     let grid = grid(&document, raw.grid)?;
     let time = time(&document, raw.time)?;
     let flow = flow(&document, raw.flow, &grid, time)?;
-    let control = control(&document, raw.control, time)?;
+    let units = Units::of(grid.length, time.dt);
+    let control = control(&document, raw.control, time, units)?;
     let advection = advection(&document, raw.advection)?;
     let templates = templates::templates(&document, raw.template, &grid, time.steps)?;
-    let method = method(&document, raw.method, raw.simulation, !templates.is_empty())?;
-    let unit = grid.length / time.dt;
+    let method = method(
+        &document,
+        raw.method,
+        raw.simulation,
+        !templates.is_empty(),
+        units,
+    )?;
     check_weight(
         &document,
         "control.force_weight",
         control.force_weight,
-        (unit / time.dt).powi(2),
+        units.force.powi(2),
     )?;
-    check_schedule(&document, &control, (unit / time.dt).powi(2))?;
+    check_schedule(&document, &control, units.force.powi(2))?;
     check_weight(
         &document,
         "method.admm.penalty",
         method.params.admm.penalty,
-        unit.powi(2),
+        units.velocity.powi(2),
     )?;
     let emitters = effects::emitters(&document, raw.emitter, (&grid, time))?;
     let obstacles = effects::obstacles(&document, raw.obstacle)?;
@@ -214,7 +220,7 @@ fn flow(document: &Document, raw: RawFlow, grid: &Grid, time: Time) -> Result<Fl
     })
 }
 
-fn control(document: &Document, raw: RawControl, time: Time) -> Result<Control, Failure> {
+fn control(document: &Document, raw: RawControl, time: Time, units: Units) -> Result<Control, Failure> {
     let key = "control.filters";
     let filters = match raw.filters {
         None => None,
@@ -229,11 +235,10 @@ fn control(document: &Document, raw: RawControl, time: Time) -> Result<Control, 
         }
     };
     Ok(Control {
-        force_weight: document.number(
-            "control.force_weight",
-            raw.force_weight.unwrap_or(standard().force_weight),
-            Numbers::Positive,
-        )?,
+        force_weight: match raw.force_weight {
+            Some(weight) => document.number("control.force_weight", weight, Numbers::Positive)?,
+            None => units.force_weight(standard().force_weight),
+        },
         smoothness: smoothness(document, raw.smoothness)?,
         schedule: effects::schedule(document, raw.schedule, time.steps)?,
         mask: shapes::part(document, "control.mask", raw.mask)?,

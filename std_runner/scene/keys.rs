@@ -34,7 +34,7 @@ const TABLES: &[(&str, &[Key])] = &[
     (
         "/definitions/RawControl/properties",
         &[
-            ("force_weight", "1000.0", "time^4 / length^2"),
+            ("force_weight", "1000 dt^4 / length^2", "time^4 / length^2"),
             ("smoothness", r#""auto""#, "cells"),
             ("schedule", "1 at every step", "steps, factors"),
             ("mask", "everywhere", ""),
@@ -123,7 +123,7 @@ const TABLES: &[(&str, &[Key])] = &[
     ),
     (
         "/properties/method/properties/admm/properties",
-        &[("penalty", "", "time^2 / length^2")],
+        &[("penalty", "1000 dt^2 / length^2", "time^2 / length^2")],
     ),
     (
         "/properties/method/properties/guide/properties",

@@ -8,7 +8,7 @@ use crate::exit::Failure;
 use crate::windows::Windows;
 use thurible_core::choices::{self, Choices, Kind, Numbers};
 use thurible_core::method::registry::steers;
-use thurible_core::problem::MAX_STEPS;
+use thurible_core::problem::{MAX_STEPS, Units};
 use thurible_core::solver::MAX_ITERATIONS;
 use thurible_core::stable_fluids::{self, Controls};
 use thurible_core::{Advection, Method, Named, Params, Problem};
@@ -48,12 +48,13 @@ pub(crate) fn section(method: Method) -> String {
 }
 
 /// `[method]` as `method` has it, with the choices of `[simulation]`, which concern several methods. Where it has no name a scene with
-/// templates is solved by them.
+/// templates is solved by them. What is left out is that of a box and steps of length 1, in the scene's `units`.
 pub(super) fn method(
     document: &Document,
     method: Option<Value>,
     mut simulation: Option<Value>,
     templates: bool,
+    units: Units,
 ) -> Result<MethodSection, Failure> {
     let mut table = table(document, "method", method)?;
     let sections: Vec<String> = Method::ALL.iter().map(|&method| section(method)).collect();
@@ -64,6 +65,7 @@ pub(super) fn method(
     let known = known.chain(["projection", stable_fluids::NAME]);
     document.only("method", &table, &known.collect::<Vec<_>>())?;
     let (mut params, chosen) = name_and_iterations(document, &mut table, templates)?;
+    params.admm.penalty = units.penalty(params.admm.penalty);
     if chosen
         && let Some(key) = ["window", "stride"]
             .into_iter()

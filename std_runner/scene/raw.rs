@@ -138,7 +138,7 @@ pub(super) struct RawProjection {
 #[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawOutput {
-    /// The folder of the result.
+    /// The folder of the result, from that of the scene file on.
     pub folder: Option<String>,
     /// A picture of every step, and an animation.
     pub frames: Option<bool>,

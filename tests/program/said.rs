@@ -6,10 +6,10 @@ use serde_json::Value;
 use std::fs;
 use std::path::PathBuf;
 
-/// A box of ten metres and 24 frames a second, all else by default.
+/// A box of ten metres and 24 frames a second, with the weights of a box and steps of length 1.
 const METRES: &str = "[grid]\ncells = [24, 24]\nlength = 10.0\n[time]\nsteps = 12\ndt = 0.0416667\n\
     [source]\ncircle = { center = [5.0, 5.0], radius = 2.0 }\n[[keyframe]]\nstep = 12\ntext = \"F\"\n\
-    [method]\niterations = 60\n[output]\nframes = false\n";
+    [method]\niterations = 60\n[output]\nframes = false\n[method.admm]\npenalty = 1e3\n[control]\nforce_weight = 1e3\n";
 /// Two steps, in which a circle is to cross the box, at hardly any price.
 const VIOLENT: &str = "[grid]\ncells = [48, 48]\n[time]\nsteps = 2\n\
     [source]\ncircle = { center = [0.2, 0.2], radius = 0.12 }\n[[keyframe]]\nstep = 2\ncircle = { center = [0.8, 0.8], radius = 0.12 }\n\
@@ -107,6 +107,19 @@ fn a_solve_in_which_nothing_moved_says_so_and_names_a_weight_that_moves_it() {
             assert!(remark.as_str().unwrap().starts_with(expected), "{remark}");
         }
         verify(&test, &folder);
+    }
+}
+
+/// Weights that are left out are those that move the smoke, whatever the units.
+#[test]
+fn in_metres_the_smoke_moves_by_itself() {
+    let weights = "[method.admm]\npenalty = 1e3\n[control]\nforce_weight = 1e3\n";
+    let plain = METRES.replace(weights, "");
+    assert_ne!(plain, METRES);
+    for method in ["direct", "admm"] {
+        let (_, _, report) = solve(&format!("metres_plain_{method}"), &plain, &["--method", method]);
+        let [before, after] = errors(&report);
+        assert!(after < 0.5 * before, "{method}: {before} to {after}");
     }
 }
 

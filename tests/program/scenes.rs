@@ -168,6 +168,54 @@ fn other_units_make_the_same_iterates() {
     }
 }
 
+/// Weights that a scene leaves out are 1000 in a box and steps of length 1, whatever its units are.
+#[test]
+fn weights_that_are_left_out_follow_the_units() {
+    let folder = fresh_folder("units_left_out");
+    let scene = folder.join("scene.toml");
+    let given = std::fs::read_to_string("examples/small_units.toml").unwrap();
+    let is_kept = |line: &&str| !line.starts_with("force_weight") && !line.starts_with("penalty");
+    let kept: Vec<&str> = given.lines().filter(is_kept).collect();
+    std::fs::write(&scene, kept.join("\n")).unwrap();
+    for method in ["direct", "admm"] {
+        let totals = |scene: &str, name: &str| {
+            let out = folder.join(name).to_str().unwrap().to_owned();
+            let choices = [
+                "--method",
+                method,
+                "--set",
+                "output.frames=false",
+                "--set",
+                "method.iterations=4",
+            ];
+            let ended = run(&[
+                &["solve", scene, "--quiet", "--precision", "f64", "-o", &out][..],
+                &choices,
+            ]
+            .concat());
+            assert!([0, 5].contains(&ended.code), "{}", ended.err);
+            let report = crate::support::json(&PathBuf::from(out).join("report.json"));
+            let weight = report["force_weight"].as_f64().unwrap();
+            assert!(
+                (weight / 3.014_081_790_123_456_6e-5 - 1.0).abs() < 1e-12,
+                "{weight}"
+            );
+            let rows = report["history"].as_array().unwrap().iter();
+            rows.map(|row| row["total"].as_f64().unwrap())
+                .collect::<Vec<f64>>()
+        };
+        let said = totals("examples/small_units.toml", &format!("{method}_said"));
+        let left_out = totals(scene.to_str().unwrap(), &format!("{method}_left_out"));
+        assert_eq!(said.len(), left_out.len());
+        for (said, left_out) in said.iter().zip(&left_out) {
+            assert!(
+                (said / left_out - 1.0).abs() < 1e-9,
+                "{method}: {said} and {left_out}"
+            );
+        }
+    }
+}
+
 #[test]
 fn any_number_of_threads_makes_the_same_bits() {
     let result = |threads: &str| {

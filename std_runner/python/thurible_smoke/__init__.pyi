@@ -51,6 +51,10 @@ class Options(TypedDict, total=False):
     kinetic: float
     iterations: int
     solver: Literal["auto", "closed_form", "admm"]
+    curl_noise: float
+    """guide: noise without divergence that stirs each step, in cells a step."""
+    noise_sigma: float
+    noise_seed: int
 
 Emitter = TypedDict(
     "Emitter",
@@ -95,7 +99,7 @@ def solve(
     emitters: Sequence[Emitter] | None = None,
     templates: Sequence[Template] | None = None,
     solids: NDArray[np.bool_] | None = None,
-    force_weight: float = 1e3,
+    force_weight: float | None = None,
     smoothness: float | Literal["auto"] | None = None,
     schedule: Mapping[int, float] | Iterable[tuple[int, float]] | None = None,
     mask: Numbers | None = None,
@@ -121,7 +125,7 @@ def solve(
 ) -> Solution:
     """Finds the smallest force that carries the smoke of `source` to `keyframes`: arrays by the step at which they stand.
 
-    `steps` is the last keyframe's unless given. `length` is the longest side of the box. `boundary` is a word, or one for each of x, y
+    `steps` is the last keyframe's unless given. `length` is the longest side of the box. `force_weight` is 1e3 dt^4 / length^2 unless given. `boundary` is a word, or one for each of x, y
     (and z). `smoothness` counts cells of which forces finer are dear: 2.5 with limited transport and 0 with the others unless given; "admm"
     takes 0 alone. `initial_velocity` are components along x, y (and z), with shapes as those of `Solution.velocity`; so are those of `reference`, the
     flow that "guide" follows, with an entry for each of `steps`. `threads` are as many as
@@ -164,7 +168,7 @@ def plan(
     emitters: Sequence[Emitter] | None = None,
     templates: Sequence[Template] | None = None,
     solids: NDArray[np.bool_] | bool | None = None,
-    force_weight: float = 1e3,
+    force_weight: float | None = None,
     smoothness: float | Literal["auto"] | None = None,
     schedule: Mapping[int, float] | Iterable[tuple[int, float]] | None = None,
     mask: Numbers | bool | None = None,
@@ -505,7 +509,7 @@ def stable_fluids(
     viscosity: float = 0.0,
     buoyancy: float | Sequence[float] = 0.0,
     templates: Sequence[Template] | None = None,
-    force_weight: float = 1e3,
+    force_weight: float | None = None,
     weights: Mapping[int, float] | Iterable[tuple[int, float]] | None = None,
     filters: int | Literal["auto"] | None = None,
     match_mass: bool = True,
