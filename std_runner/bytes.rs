@@ -1,16 +1,24 @@
-//! Byte counts as people write and read them.
+//! Byte counts as people write and read them, and those of the machine.
+
+use sysinfo::{MemoryRefreshKind, Process, ProcessRefreshKind, ProcessesToUpdate, RefreshKind, System};
 
 /// The units of `--memory-limit`, longest names first.
-const UNITS: [(&str, f64); 9] = [
+const UNITS: [(&str, f64); 14] = [
     ("bytes", 1.0),
     ("byte", 1.0),
     ("kib", 1024.0),
     ("mib", 1_048_576.0),
     ("gib", 1_073_741_824.0),
+    ("tib", 1_099_511_627_776.0),
     ("kb", 1e3),
     ("mb", 1e6),
     ("gb", 1e9),
+    ("tb", 1e12),
     ("b", 1.0),
+    // As schedulers of clusters write them.
+    ("k", 1024.0),
+    ("m", 1_048_576.0),
+    ("g", 1_073_741_824.0),
 ];
 
 /// Reads `1GiB`, `512 MiB`, `1.5GB`, `4096`; the error says what is allowed.
@@ -22,7 +30,7 @@ pub fn parse(text: &str) -> Result<usize, String> {
         .unwrap_or((lower.as_str(), 1.0));
     let refuse = || {
         format!(
-            "found \"{text}\", allowed is a number above 0 with KiB, MiB, GiB, KB, MB, GB or bytes, as in 1GiB"
+            "found \"{text}\", allowed is a number above 0 with KiB, MiB, GiB, TiB, KB, MB, GB, TB or bytes, as in 1GiB"
         )
     };
     let number = number.trim();
@@ -69,22 +77,41 @@ pub fn rounded(bytes: usize) -> String {
     format!("{value:.2} TiB")
 }
 
-/// Bytes of this machine's memory, where /proc/meminfo says so.
+/// What the system says of memory: bytes that there are, and that programs may still take, of swap too.
+struct Told {
+    all: usize,
+    free: usize,
+}
+
+/// Of this machine, or of the container or the cluster's job that this process is in, where that is given less.
+fn told() -> Option<Told> {
+    let memory = RefreshKind::nothing().with_memory(MemoryRefreshKind::everything());
+    let mut system = System::new_with_specifics(memory).ok()?;
+    let own = sysinfo::get_current_pid().ok()?;
+    let what = ProcessRefreshKind::nothing();
+    system.refresh_processes_specifics(ProcessesToUpdate::Some(&[own]), false, what);
+    let (mut all, mut free) = (system.total_memory(), system.available_memory());
+    if let Some(group) = system.process(own).and_then(Process::cgroup_limits) {
+        all = all.min(group.total_memory);
+        // What it holds of files is given back when it is asked for.
+        free = free.min(group.total_memory.saturating_sub(group.rss));
+    }
+    let free = free.saturating_add(system.free_swap());
+    let told = |bytes: u64| usize::try_from(bytes).unwrap_or(usize::MAX);
+    (all > 0).then(|| Told {
+        all: told(all),
+        free: told(free),
+    })
+}
+
+/// Bytes of this machine's memory, where the system says so.
 pub fn of_machine() -> Option<usize> {
-    told(&std::fs::read_to_string("/proc/meminfo").ok()?, "MemTotal:")
+    told().map(|told| told.all)
 }
 
-/// The bytes of a line of /proc/meminfo.
-fn told(text: &str, name: &str) -> Option<usize> {
-    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
-    let kibibytes: usize = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    kibibytes.checked_mul(1024)
-}
-
-/// What programs may still take of memory and swap, where /proc/meminfo says so.
+/// What programs may still take of memory and swap, where the system says so.
 fn available() -> Option<usize> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    told(&text, "MemAvailable:")?.checked_add(told(&text, "SwapFree:").unwrap_or(0))
+    told().map(|told| told.free)
 }
 
 /// Whether `count` bytes can be allocated now. Linux grants more than there is, and ends the program when it is written to; so what is
@@ -101,6 +128,7 @@ pub fn are_free(count: usize) -> bool {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
 
@@ -113,6 +141,8 @@ mod tests {
             ("4096", 4096),
             ("7 bytes", 7),
             ("3KB", 3000),
+            ("64G", 64 << 30),
+            ("1.5TiB", 3 << 39),
         ] {
             assert_eq!(parse(text), Ok(bytes), "{text}");
         }
@@ -130,11 +160,18 @@ mod tests {
     }
 
     #[test]
+    fn the_machine_has_what_linux_says_at_most() {
+        let told = told().unwrap();
+        assert!(told.all >= 1 << 28, "{} bytes", told.all);
+        if let Ok(text) = std::fs::read_to_string("/proc/meminfo") {
+            let line = text.lines().find(|line| line.starts_with("MemTotal:")).unwrap();
+            let kibibytes: usize = line.split_whitespace().nth(1).unwrap().parse().unwrap();
+            assert!(told.all <= 1024 * kibibytes, "{} of {kibibytes} KiB", told.all);
+        }
+    }
+
+    #[test]
     fn more_than_is_available_is_not_free() {
-        let text = "MemTotal:       24632300 kB\nMemAvailable:   20481520 kB\nSwapFree:        1048576 kB\n";
-        assert_eq!(told(text, "MemTotal:"), Some(24_632_300 * 1024));
-        assert_eq!(told(text, "SwapFree:"), Some(1 << 30));
-        assert_eq!(told(text, "HugePages:"), None);
         // Half as much again may be granted, but not kept.
         if let Some(available) = available() {
             assert!(!are_free(available.saturating_mul(3) / 2));

@@ -129,8 +129,10 @@ impl Job {
             + fields * size_of::<f64>() * planned.problem.cells.iter().product::<usize>()
             + history_bytes(planned.most_iterations())
             + request.settled.map_or(0, |_| densities_bytes(&planned));
-        let region = Region::new(bytes)
-            .filter(|_| bytes::are_free(beside))
+        // A region is of addresses alone: asked for is what will be written to.
+        let region = bytes::are_free(bytes.saturating_add(beside))
+            .then(|| Region::new(bytes))
+            .flatten()
             .ok_or_else(|| no_memory(bytes))?;
         let job = Self {
             options,
