@@ -53,7 +53,7 @@ def cut(n, ranks):
     return min(ways, key=lambda way: held(way[0]) * held(way[1]), default=None)
 
 
-def run(program, folder, n, steps, iterations, ranks, threads=1, blocks=None):
+def run(program, folder, n, steps, iterations, ranks, threads=1, blocks=None, tries=5):
     """A solve: what each rank sent, and the seconds of each iteration but the first."""
     scene, out = folder / "scene.toml", folder / "out"
     scene.write_text(SCENE.format(n=n, steps=steps, iterations=iterations))
@@ -66,7 +66,9 @@ def run(program, folder, n, steps, iterations, ranks, threads=1, blocks=None):
     sent = {int(rank): tuple(map(float, rest)) for rank, *rest in SAID.findall(ended.stderr)}
     if len(sent) < ranks and ranks > 1:
         # mpirun mixes what ranks say at the same time, now and then.
-        return run(program, folder, n, steps, iterations, ranks, threads, blocks)
+        if tries == 0:
+            raise SystemExit(f"the ranks' lines are not to be read: {ended.stderr}")
+        return run(program, folder, n, steps, iterations, ranks, threads, blocks, tries - 1)
     seconds = [entry["seconds"] for entry in json.loads((out / "report.json").read_text())["history"]]
     return sent, [after - before for before, after in zip(seconds, seconds[1:])]
 

@@ -1,6 +1,6 @@
 //! What programs that share a command, its ranks, tell each other beside what the numerics exchange: bytes, a folder, and what went wrong in one of them.
 
-use crate::exit::{Failure, INPUT};
+use crate::exit::{Failure, INPUT, MEMORY};
 use std::path::{Path, PathBuf, absolute};
 use thurible_core::exec::Ranks;
 use thurible_core::exec::ranks::{joined, tell};
@@ -31,10 +31,10 @@ pub(crate) fn agreed<V>(ranks: &dyn Ranks, own: Result<V, Failure>) -> Result<V,
     let said = own.map_or(String::new(), |failure| failure.to_string());
     let said = told(ranks, whose, said.into_bytes());
     let said = format!("rank {whose}: {}", String::from_utf8_lossy(&said));
-    let kind = if code == [INPUT] {
-        Failure::Input
-    } else {
-        Failure::File
+    let kind = match code[..] {
+        [INPUT] => Failure::Input,
+        [MEMORY] => Failure::Memory,
+        _ => Failure::File,
     };
     Err(kind(said))
 }

@@ -32,6 +32,8 @@ pub struct PlanOptions {
     pub share: Option<Share>,
     /// Their blocks, or `None` for what suits the box.
     pub blocks: Option<Blocks>,
+    /// How many of them share this machine's memory.
+    pub on_this_machine: usize,
 }
 
 /// A plan, and what it was made from.
@@ -149,7 +151,8 @@ pub fn block_bytes(plan: &Plan) -> usize {
 }
 
 fn ceiling(options: &PlanOptions) -> Option<usize> {
-    options.limit.or_else(bytes::of_machine)
+    let own = || bytes::of_machine().map(|all| all / options.on_this_machine.max(1));
+    options.limit.or_else(own)
 }
 
 /// The plan of `scene`, within the ceiling if that can be.

@@ -15,6 +15,10 @@ pub trait Ranks: Sync + Debug {
     fn rank(&self) -> usize;
     /// How many there are.
     fn count(&self) -> usize;
+    /// How many of them share the memory of this one's machine, itself among them, where that is known.
+    fn on_this_machine(&self) -> usize {
+        1
+    }
     /// Sends `send` to the rank `to`, and fills `receive` with what the rank `from` sends, which has as many bytes; both at once, so that two may
     /// call it for each other. Where there is no such rank nothing is sent, or nothing received. Between two ranks messages arrive in the order in
     /// which they were sent.

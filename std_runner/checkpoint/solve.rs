@@ -150,7 +150,12 @@ impl Solve {
         serde_json::from_slice(&told(ranks, 0, Vec::new())).map_err(|_| unlike_ranks())
     }
 
-    /// The scene that it began with. One that was changed since, or a file that it names, is refused.
+    /// Refuses files that the scene names and that were changed since.
+    pub fn check_inputs(&self) -> Result<(), Failure> {
+        self.inputs.iter().try_for_each(Input::check)
+    }
+
+    /// The scene that it began with. One that was changed since is refused.
     pub fn document(&self) -> Result<Document, Failure> {
         if self.version != env!("CARGO_PKG_VERSION") {
             return Err(Failure::Input(format!(
@@ -178,7 +183,6 @@ impl Solve {
                 path.display()
             )));
         }
-        self.inputs.iter().try_for_each(Input::check)?;
         let mut document = Document::parse(&path, self.text.clone())?;
         for assignment in &self.assignments {
             document.set(assignment)?;

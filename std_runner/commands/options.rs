@@ -117,8 +117,14 @@ pub struct OnDevice {
 }
 
 impl OnDevice {
-    /// The device, opened; none for `cpu`.
-    pub(crate) fn open(&self) -> Result<Option<&'static dyn Searching>, Failure> {
+    /// The device, opened; none for `cpu`, which is all that ranks have.
+    pub(crate) fn open(&self, ranks: Option<&dyn Ranks>) -> Result<Option<&'static dyn Searching>, Failure> {
+        if ranks.is_some() && !self.device.eq_ignore_ascii_case("cpu") {
+            return Err(Failure::Input(format!(
+                "--device {}: ranks search on processors alone; leave it out, or run `thurible` on one machine",
+                self.device
+            )));
+        }
         devices::open(&self.device, self.device_memory)
     }
 }
@@ -149,8 +155,14 @@ impl Keeping {
     }
 }
 
-/// `folder` with `end` after its name.
+/// `folder` with `end` after its name, which `.` and `..` have too.
 pub(super) fn longer(folder: &Path, end: &str) -> PathBuf {
+    let resolved = if folder.file_name().is_none() {
+        folder.canonicalize().ok()
+    } else {
+        None
+    };
+    let folder = resolved.as_deref().unwrap_or(folder);
     let mut name = folder.file_name().unwrap_or_default().to_owned();
     name.push(end);
     folder.with_file_name(name)
@@ -202,6 +214,7 @@ impl Options {
             began_under: None,
             share: self.resources.ranks.map(share_of),
             blocks: None,
+            on_this_machine: self.resources.ranks.map_or(1, Ranks::on_this_machine),
         }
     }
 

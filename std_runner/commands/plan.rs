@@ -45,7 +45,7 @@ pub fn run(arguments: &PlanArguments) -> Result<u8, Failure> {
     let (simulate, ranks) = (arguments.simulate, arguments.ranks.map(|ranks| ranks as usize));
     let blocks = arguments.sharing.blocks;
     blocks.map_or(Ok(()), |blocks| blocks.check(ranks))?;
-    let device = arguments.on.open()?;
+    let device = arguments.on.open(None)?;
     let arguments = &arguments.common;
     let (path, set) = (&arguments.scene, &arguments.options.set);
     let (scene, options) = if simulate {

@@ -55,7 +55,7 @@ pub fn run(arguments: &ResumeArguments) -> Result<u8, Failure> {
         sharing: arguments.sharing,
         threads: running.threads,
         memory_limit: running.memory_limit,
-        device: arguments.on.open()?,
+        device: arguments.on.open(ranks)?,
         mode: running.mode(),
         checkpoint: arguments.checkpoint.unwrap_or_default(),
         watch: arguments.watching.watch,
@@ -101,6 +101,8 @@ pub(super) struct On<'a> {
 /// Goes on from what was found.
 pub(super) fn go_on(found: Found, on: On<'_>) -> Result<u8, Failure> {
     let damaged = || checkpoint::damaged(&found.slot);
+    // Before the others are told, who draw nothing and need none of these files.
+    found.solve.check_inputs()?;
     if let Some(ranks) = on.ranks {
         found.solve.tell(ranks)?;
     }
@@ -133,6 +135,7 @@ fn asked(solve: &Solve, damaged: &dyn Fn() -> Failure, on: On<'_>) -> Result<(Ru
             began_under: Some(solve.options.ceiling),
             share: on.ranks.map(share_of),
             blocks: None,
+            on_this_machine: on.ranks.map_or(1, Ranks::on_this_machine),
         },
         mode: on.mode,
         ranks: on.ranks,

@@ -19,6 +19,7 @@ const NUMBERS: usize = 160;
 pub struct Messages {
     rank: usize,
     count: usize,
+    beside: usize,
     /// Messages that were sent, their bytes, those of them of at most [`NUMBERS`], and nanoseconds from the call to its end.
     sent: [AtomicU64; 4],
 }
@@ -26,10 +27,13 @@ pub struct Messages {
 impl Messages {
     /// This rank in `world`.
     pub fn new(world: &SimpleCommunicator) -> Self {
-        let [rank, count] = [world.rank(), world.size()].map(|number| usize::try_from(number).unwrap_or(0));
+        let machine = world.split_shared(world.rank());
+        let numbers = [world.rank(), world.size(), machine.size()];
+        let [rank, count, beside] = numbers.map(|number| usize::try_from(number).unwrap_or(0));
         Self {
             rank,
             count: count.max(1),
+            beside: beside.max(1),
             sent: Default::default(),
         }
     }
@@ -65,6 +69,10 @@ impl Ranks for Messages {
 
     fn count(&self) -> usize {
         self.count
+    }
+
+    fn on_this_machine(&self) -> usize {
+        self.beside
     }
 
     /// An error of MPI, as where a rank was lost, ends all of them: that is what MPI does with errors by default.

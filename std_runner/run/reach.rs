@@ -5,10 +5,13 @@ use crate::keyframes::Canvas;
 /// What is no more than this part of a shape does not count: a keyframe of which more can never be reached is refused.
 const MOST_CUT_OFF: f64 = 0.01;
 
+/// What solid cells are in; and cells that nothing was found of yet.
+const SOLID: u32 = u32::MAX;
+
 /// The connected parts of the fluid.
 pub(super) struct Reach {
-    /// The part that each cell is in; none of a solid one.
-    part: Vec<Option<usize>>,
+    /// The number of the part that each cell is in, or [`SOLID`].
+    part: Vec<u32>,
     /// Whether there is smoke in each part.
     smoke: Vec<bool>,
 }
@@ -16,27 +19,28 @@ pub(super) struct Reach {
 impl Reach {
     /// The parts of a box with these solid cells; no smoke yet.
     pub fn new(canvas: &Canvas, solid: &[bool]) -> Self {
-        let mut part = vec![None; solid.len()];
+        let mut part = vec![SOLID; solid.len()];
         let mut count = 0;
         for first in 0..solid.len() {
-            if solid[first] || part[first].is_some() {
+            if solid[first] || part[first] != SOLID {
                 continue;
             }
             let mut waiting = vec![first];
-            part[first] = Some(count);
+            part[first] = count;
             while let Some(cell) = waiting.pop() {
                 for beside in neighbours(canvas, cell) {
-                    if !solid[beside] && part[beside].is_none() {
-                        part[beside] = Some(count);
+                    if !solid[beside] && part[beside] == SOLID {
+                        part[beside] = count;
                         waiting.push(beside);
                     }
                 }
             }
-            count += 1;
+            // Of more parts than there are numbers the last ones are one.
+            count = (count + 1).min(SOLID - 1);
         }
         Self {
             part,
-            smoke: vec![false; count],
+            smoke: vec![false; count as usize],
         }
     }
 
@@ -44,7 +48,7 @@ impl Reach {
     pub fn fill(&mut self, density: impl Iterator<Item = f64>) {
         let mut masses = vec![0.0; self.smoke.len()];
         for (part, density) in self.part.iter().zip(density) {
-            if let Some(mass) = part.and_then(|part| masses.get_mut(part)) {
+            if let Some(mass) = masses.get_mut(*part as usize) {
                 *mass += density;
             }
         }
@@ -57,7 +61,7 @@ impl Reach {
     pub fn cut_off(&self, density: impl Iterator<Item = f64>) -> Option<f64> {
         let (mut all, mut beyond) = (0.0, 0.0);
         for (part, density) in self.part.iter().zip(density) {
-            let Some(&smoke) = part.and_then(|part| self.smoke.get(part)) else {
+            let Some(&smoke) = self.smoke.get(*part as usize) else {
                 continue;
             };
             all += density;

@@ -4,10 +4,11 @@ use super::job::Job;
 use super::messages::no_memory;
 use super::{Request, RunOptions};
 use crate::exit::{DONE, Failure};
+use crate::interrupt::Interrupt;
 use crate::problem::Precision;
 use crate::region::{Region, touch};
 use crate::scene::Scene;
-use crate::{plan, threads};
+use crate::{address_space, plan, threads};
 use thurible_core::exec::{Ranks, Together};
 use thurible_core::grid::Share;
 use thurible_core::{D2, D3, Exec};
@@ -48,6 +49,9 @@ impl RunOptions {
         let planned = plan::choose(&request.scene, &self.plan)?;
         let threads = planned.params.threads;
         let (job, region) = Job::new(*self, request, planned)?;
+        address_space::check(threads)?;
+        // A signal to all of them is the first one's to answer, who lets the others go in good order.
+        let _ears = Interrupt::listen()?;
         threads::with(threads, || job.follow(region))??;
         Ok(DONE)
     }

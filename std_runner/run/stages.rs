@@ -3,6 +3,7 @@
 
 use super::inputs::solver_refusal;
 use super::job::Job;
+use crate::among::agreed;
 use crate::checkpoint::{PartFiles, unlike_ranks};
 use crate::exit::Failure;
 use crate::plan::Planned;
@@ -10,6 +11,7 @@ use crate::problem::OwnedProblem;
 use core::mem::MaybeUninit;
 use core::ops::{Deref, DerefMut};
 use std::thread;
+use thurible_core::checkpoint::{Mix, Resumable};
 use thurible_core::exec::ranks::tell;
 use thurible_core::{Exec, Params, Real, Solver, SolverError, Space};
 
@@ -122,7 +124,29 @@ impl Job {
         self.said(stage.words());
         let (problem, params) = stage.of(&self.planned).ok_or_else(unlike_ranks)?;
         let solver = self.solver(&problem, &params, block);
-        Ok((Led(solver.map_err(|error| refusal(&error))?), problem))
+        let solver = solver.map_err(|error| refusal(&error))?;
+        self.alike(&solver)?;
+        Ok((Led(solver), problem))
+    }
+
+    /// Refuses ranks that were given another scene, other options or another program than the first one.
+    fn alike<T: Real, S: Space>(&self, solver: &Solver<'_, T, S>) -> Result<(), Failure> {
+        let Some(ranks) = self.options.ranks else {
+            return Ok(());
+        };
+        let mut mark = Mix::new();
+        mark.word(solver.fingerprint());
+        mark.bytes(env!("CARGO_PKG_VERSION").as_bytes());
+        let own = mark.finish();
+        let mut first = [own];
+        tell(ranks, 0, &mut first);
+        let alike = (first == [own]).then_some(()).ok_or_else(|| {
+            Failure::Input(
+                "its scene, its options or its program is not the first rank's; give all of them the same"
+                    .into(),
+            )
+        });
+        agreed(ranks, alike)
     }
 
     /// Lets the other ranks go, which followed stage after stage.
@@ -166,9 +190,9 @@ impl Job {
             let stage = Stage::of_words(words).and_then(|stage| stage.of(&self.planned));
             let (problem, params) = stage.ok_or_else(unlike_ranks)?;
             let solver = self.solver::<T, S>(&problem, &params, block);
-            solver
-                .map_err(|error| solver_refusal(&error))?
-                .follow(exec, &mut states);
+            let mut solver = solver.map_err(|error| solver_refusal(&error))?;
+            self.alike(&solver)?;
+            solver.follow(exec, &mut states);
         }
     }
 }
