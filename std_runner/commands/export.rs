@@ -1,6 +1,6 @@
 //! `thurible export DIR`: a result as files of other programs.
 
-use super::render::steps;
+use super::render::{fps, steps};
 use crate::exit::Failure;
 use crate::export::{Codec, Format, Request, Up};
 use crate::progress::Mode;
@@ -54,6 +54,9 @@ pub struct ExportArguments {
     /// Steps a second when it plays; velocities in vdb, usd and fga are in length a second of that [default: 1 / dt where that is 10 to 240, else 24].
     #[arg(long, value_name = "N", value_parser = fps)]
     pub fps: Option<f64>,
+    /// The number of the frame that shows step 0, as in 1001; names of files and the stage count from it.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(..=1_000_000))]
+    pub first_frame: u32,
     /// Print nothing but errors.
     #[arg(long, conflicts_with = "json")]
     pub quiet: bool,
@@ -78,6 +81,7 @@ pub fn run(arguments: &ExportArguments) -> Result<u8, Failure> {
         half: arguments.precision == Bits::Half,
         codec: arguments.compression,
         fps: arguments.fps,
+        first_frame: arguments.first_frame as usize,
         ranks: arguments.ranks,
         mode: match (arguments.quiet, arguments.json) {
             (true, _) => Mode::Quiet,
@@ -85,12 +89,4 @@ pub fn run(arguments: &ExportArguments) -> Result<u8, Failure> {
             _ => Mode::Human,
         },
     })
-}
-
-/// Reads steps a second; the error says what is allowed.
-fn fps(text: &str) -> Result<f64, String> {
-    let number = text.trim().parse().ok();
-    number
-        .filter(|number: &f64| (0.01..=10_000.0).contains(number))
-        .ok_or_else(|| format!("found \"{text}\", allowed is a number from 0.01 to 10000"))
 }

@@ -4,6 +4,7 @@ use super::studio::{Format, Set, Studio};
 use crate::address_space;
 use crate::bytes::{self, are_free, rounded};
 use crate::exit::Failure;
+use crate::export::TimeScale;
 use crate::output::{Angles, Movie, Reel, Shot, Vectors, WEBP_MOST};
 use crate::progress::{Display, Mode};
 use crate::refine::{Finer, Plan};
@@ -50,6 +51,9 @@ pub struct RenderArguments {
     /// What is written: a PNG or OpenEXR (linear light) file for each step, or a film.
     #[arg(long, value_enum, default_value_t = Format::Png)]
     pub format: Format,
+    /// Pictures of a film a second [default: 1 / dt where that is 10 to 240, else 24].
+    #[arg(long, value_name = "N", value_parser = fps)]
+    pub fps: Option<f64>,
     /// In 3D, from where: turned from the front to the right, and raised, in degrees [default: 24,14].
     #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = angles, allow_hyphen_values = true)]
     pub camera: Option<Angles>,
@@ -114,7 +118,8 @@ pub fn run(arguments: &RenderArguments) -> Result<u8, Failure> {
         *steps.start()
     };
     let display = Display::new(mode(arguments), steps.end() - first + 1);
-    let studio = Studio::new(&folder, arguments.format, shot, display)?;
+    let pace = TimeScale::of(reel.dt(), arguments.fps).fps;
+    let studio = Studio::new(&folder, (arguments.format, pace), shot, display)?;
     address_space::check(count)?;
     let Some(plan) = plan else {
         return threads::with(count, || studio.render(Set { reel, finer: None }, steps))?;
@@ -225,6 +230,14 @@ fn shot(arguments: &RenderArguments, reel: &Reel) -> Result<Shot, Failure> {
         gain: arguments.exposure.exp2(),
         detail: arguments.detail.unwrap_or(DETAIL),
     })
+}
+
+/// Reads steps a second; the error says what is allowed.
+pub(super) fn fps(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse().ok();
+    number
+        .filter(|number: &f64| (0.01..=10_000.0).contains(number))
+        .ok_or_else(|| format!("found \"{text}\", allowed is a number from 0.01 to 10000"))
 }
 
 /// Reads `1280x720`; the error says what is allowed.

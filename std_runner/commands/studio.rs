@@ -44,6 +44,8 @@ impl Format {
 pub(super) struct Studio {
     format: Format,
     shot: Shot,
+    /// Pictures of a film a second.
+    pace: f64,
     display: Display,
     destination: Destination,
     interrupt: Interrupt,
@@ -81,10 +83,16 @@ impl Studio {
     ///
     /// # Errors
     /// As [`Destination::check_for`].
-    pub(super) fn new(folder: &Path, format: Format, shot: Shot, display: Display) -> Result<Self, Failure> {
+    pub(super) fn new(
+        folder: &Path,
+        (format, pace): (Format, f64),
+        shot: Shot,
+        display: Display,
+    ) -> Result<Self, Failure> {
         Ok(Self {
             format,
             shot,
+            pace,
             display,
             destination: Destination::check_for(folder, MARK, Vec::new())?,
             interrupt: Interrupt::listen()?,
@@ -125,6 +133,7 @@ impl Studio {
         let facts = json!({
             "format": 1,
             "size": [width, height],
+            "fps": self.format.film().map(|_| self.pace),
             "exposure": gain.log2(),
             "camera": deep.then_some([angles.azimuth, angles.elevation]),
             "detail": deep.then_some(detail),
@@ -187,7 +196,7 @@ impl Studio {
         let mut destination = self.destination.clone();
         let mut failure = None;
         let made = destination.add(|folder| {
-            let mut movie = Movie::begin(&folder.join(name), self.shot.width, self.shot.height)?;
+            let mut movie = Movie::begin(&folder.join(name), [self.shot.width, self.shot.height], self.pace)?;
             for step in steps.clone() {
                 match self.take(set, step) {
                     Ok(Some(film)) => movie.push(&film.develop())?,

@@ -1,6 +1,6 @@
 //! Vector fields for game engines: a text file of sizes, bounds and vectors.
 
-use super::sink::{Manner, Sink, numbered};
+use super::sink::{Manner, Sink};
 use super::source::{Frame, Source};
 use crate::output::{OutputError, create_folder, write_whole};
 use core::ops::RangeInclusive;
@@ -20,7 +20,7 @@ impl Sink for Fields<'_> {
 
     fn step(&mut self, folder: &Path, source: &mut Source, frame: &Frame) -> Result<(), OutputError> {
         create_folder(&folder.join(FOLDER))?;
-        let path = folder.join(format!("{FOLDER}/{}", numbered(frame.step, "fga")));
+        let path = folder.join(format!("{FOLDER}/{}", self.0.numbered(frame.step, "fga")));
         write_whole(&path, |file| {
             self.write(file, source, frame).map_err(OutputError::of(&path))
         })

@@ -36,6 +36,7 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
         orientation: Orientation::new(source.said.cells.len(), request.up),
         up: request.up,
         time: TimeScale::of(source.said.dt, request.fps),
+        first_frame: request.first_frame,
         half: request.half,
         codec: request.codec,
     };
@@ -43,7 +44,8 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
     let packed = [Format::Zarr, Format::Npz];
     let packed = request.formats.iter().any(|format| packed.contains(format));
     let bytes = source.bytes(request.staggered, packed);
-    if !are_free(bytes) {
+    let ranks = request.ranks.unwrap_or(&Alone);
+    if !are_free(bytes.saturating_mul(ranks.on_this_machine())) {
         return Err(Failure::Memory(format!(
             "a step of {} cells takes {}, which the system has not; close other programs",
             size_in_words(&source.said.cells),
@@ -52,7 +54,6 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
     }
     let mut sinks = sinks(request, &source, &manner, *steps.start())?;
     let parts: Vec<PathBuf> = sinks.iter().flat_map(|sink| sink.parts()).collect();
-    let ranks = request.ranks.unwrap_or(&Alone);
     let follows = ranks.rank() > 0;
     let mode = if follows { Mode::Quiet } else { request.mode };
     let (display, interrupt) = (Display::new(mode, steps.clone().count()), Interrupt::listen()?);
@@ -219,7 +220,7 @@ fn sinks<'m>(
     let sink = |format: Format| -> Result<Box<dyn Sink + 'm>, Failure> {
         Ok(match format {
             Format::Vdb | Format::Usd => Box::new(volume::Volumes { manner, stage }),
-            Format::Vti => Box::new(vti::Images),
+            Format::Vti => Box::new(vti::Images(manner)),
             Format::Zarr => Box::new(zarr::Group::of(source, first)?),
             Format::Fga => Box::new(fga::Fields(manner)),
             Format::Npz => Box::new(npz::Archive),
@@ -252,7 +253,7 @@ fn ended(
     interrupt: &Interrupt,
 ) -> Result<u8, Failure> {
     let (folder, fps) = (destination.shown().display().to_string(), manner.time.fps);
-    let (first, last) = (written.steps.start() + 1, written.steps.end() + 1);
+    let [first, last] = [written.steps.start(), written.steps.end()].map(|step| manner.frame(*step));
     display.event(
         "export",
         json!({ "folder": folder, "frames": [first, last], "fps": fps, "shader_density": written.shader }),

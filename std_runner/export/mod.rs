@@ -18,4 +18,5 @@ pub(crate) use job::run;
 pub use orient::Up;
 pub use request::Format;
 pub(crate) use request::Request;
+pub(crate) use sink::TimeScale;
 pub use vdb::Codec;

@@ -39,6 +39,8 @@ pub(crate) struct Request {
     pub half: bool,
     pub codec: Codec,
     pub fps: Option<f64>,
+    /// The frame that shows step 0.
+    pub first_frame: usize,
     pub mode: Mode,
     /// The programs that share the steps, where there are several.
     pub ranks: Option<&'static dyn Ranks>,
@@ -74,7 +76,7 @@ pub(super) fn facts(request: &Request, manner: &Manner, source: &Source, written
         "formats": request.names(),
         "cells": source.said.cells,
         "steps": [written.steps.start(), written.steps.end()],
-        "frames": [written.steps.start() + 1, written.steps.end() + 1],
+        "frames": [manner.frame(*written.steps.start()), manner.frame(*written.steps.end())],
         "fps": manner.time.fps,
         "velocity_factor": manner.time.factor,
         "up": manner.up_word(),

@@ -19,7 +19,7 @@ const NEAR: f64 = 9e-4;
 
 /// How fast it plays.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TimeScale {
+pub(crate) struct TimeScale {
     /// Frames a second; a frame is a step.
     pub fps: f64,
     /// What a velocity of the result is in length a second.
@@ -59,11 +59,23 @@ pub(super) struct Manner {
     pub orientation: Orientation,
     pub up: Up,
     pub time: TimeScale,
+    /// The frame that shows step 0.
+    pub first_frame: usize,
     pub half: bool,
     pub codec: Codec,
 }
 
 impl Manner {
+    /// The frame that shows a step.
+    pub fn frame(&self, step: usize) -> usize {
+        step + self.first_frame
+    }
+
+    /// The name of the file of a step.
+    pub fn numbered(&self, step: usize, ending: &str) -> String {
+        format!("{SMOKE}.{:04}.{ending}", self.frame(step))
+    }
+
     pub fn up_word(&self) -> &'static str {
         match self.up {
             Up::Y => "y",
@@ -87,9 +99,4 @@ pub(super) trait Sink {
         source: &mut Source,
         steps: RangeInclusive<usize>,
     ) -> Result<(), OutputError>;
-}
-
-/// The name of the file of a step: frame 1 shows step 0.
-pub(super) fn numbered(step: usize, ending: &str) -> String {
-    format!("{SMOKE}.{:04}.{ending}", step + 1)
 }

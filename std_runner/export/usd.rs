@@ -10,7 +10,7 @@ pub(super) fn stage(files: Vec<(usize, String)>, fields: &[&str], manner: &Manne
         "#usda 1.0
 (
     defaultPrim = \"smoke\"
-    doc = \"Smoke by thurible {version}. Frame k shows step k - 1.\"
+    doc = \"Smoke by thurible {version}. Frame k shows step k - {zero}.\"
     endTimeCode = {last}
     framesPerSecond = {fps}
     metersPerUnit = 1
@@ -24,6 +24,7 @@ def Volume \"smoke\"
 ",
         version = env!("CARGO_PKG_VERSION"),
         fps = manner.time.fps,
+        zero = manner.first_frame,
         up = manner.up_word().to_uppercase(),
     );
     for field in fields {

@@ -1,6 +1,6 @@
 //! OpenVDB files of the steps, and the stage that says how they play.
 
-use super::sink::{Manner, SMOKE, Sink, TimeScale, numbered};
+use super::sink::{Manner, SMOKE, Sink, TimeScale};
 use super::source::{Frame, Source};
 use super::usd;
 use super::vdb::{self, Component, Grid, Meta};
@@ -30,7 +30,7 @@ impl Sink for Volumes<'_> {
     fn step(&mut self, folder: &Path, source: &mut Source, frame: &Frame) -> Result<(), OutputError> {
         create_folder(&folder.join(FOLDER))?;
         self.check(source, frame).map_err(OutputError::Source)?;
-        let path = folder.join(file(frame.step));
+        let path = folder.join(self.file(frame.step));
         let time = frame.step as f64 * source.said.dt;
         let metadata = vec![
             (
@@ -67,13 +67,17 @@ impl Sink for Volumes<'_> {
         if source.has_flow() {
             fields.push("velocity");
         }
-        let files = steps.map(|step| (step + 1, file(step)));
+        let files = steps.map(|step| (self.manner.frame(step), self.file(step)));
         let text = usd::stage(files.collect(), &fields, self.manner);
         write_bytes(&folder.join(stage()), text.as_bytes())
     }
 }
 
 impl Volumes<'_> {
+    fn file(&self, step: usize) -> String {
+        format!("{FOLDER}/{}", self.manner.numbered(step, "vdb"))
+    }
+
     /// The grids of a step.
     fn grids<'f>(&self, source: &Source, frame: &'f Frame) -> Vec<Grid<'f>> {
         let (orientation, TimeScale { factor, fps }) = (&self.manner.orientation, self.manner.time);
@@ -161,8 +165,4 @@ impl Volumes<'_> {
 /// The file of the stage.
 fn stage() -> PathBuf {
     format!("{SMOKE}.usda").into()
-}
-
-fn file(step: usize) -> String {
-    format!("{FOLDER}/{}", numbered(step, "vdb"))
 }

@@ -1,6 +1,6 @@
 //! Files of VTK's image data, which ParaView opens, and the list of them by time.
 
-use super::sink::{SMOKE, Sink, numbered};
+use super::sink::{Manner, SMOKE, Sink};
 use super::source::{Frame, Source};
 use crate::output::{OutputError, create_folder, write_bytes, write_whole};
 use core::ops::RangeInclusive;
@@ -11,16 +11,16 @@ use std::path::{Path, PathBuf};
 const FOLDER: &str = "vti";
 
 /// A file for each step.
-pub(super) struct Images;
+pub(super) struct Images<'a>(pub &'a Manner);
 
-impl Sink for Images {
+impl Sink for Images<'_> {
     fn parts(&self) -> Vec<PathBuf> {
         vec![FOLDER.into(), format!("{SMOKE}.pvd").into()]
     }
 
     fn step(&mut self, folder: &Path, source: &mut Source, frame: &Frame) -> Result<(), OutputError> {
         create_folder(&folder.join(FOLDER))?;
-        let path = folder.join(file(frame.step));
+        let path = folder.join(self.file(frame.step));
         write_whole(&path, |file| {
             write(file, source, frame).map_err(OutputError::of(&path))
         })
@@ -39,7 +39,7 @@ impl Sink for Images {
             let time = step as f64 * source.said.dt;
             text += &format!(
                 "    <DataSet timestep=\"{time}\" group=\"\" part=\"0\" file=\"{}\"/>\n",
-                file(step)
+                self.file(step)
             );
         }
         text += "  </Collection>\n</VTKFile>\n";
@@ -47,8 +47,10 @@ impl Sink for Images {
     }
 }
 
-fn file(step: usize) -> String {
-    format!("{FOLDER}/{}", numbered(step, "vti"))
+impl Images<'_> {
+    fn file(&self, step: usize) -> String {
+        format!("{FOLDER}/{}", self.0.numbered(step, "vti"))
+    }
 }
 
 /// Writes one file: its head names where each array begins in what follows, as it is in memory.

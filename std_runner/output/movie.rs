@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 
 use super::OutputError;
 use super::picture::Picture;
-use super::webp::{Animated, PACE};
+use super::webp::Animated;
 
 const PROGRAM: &str = "ffmpeg";
 
@@ -27,12 +27,12 @@ impl Movie {
         asked.is_ok_and(|ended| ended.success())
     }
 
-    /// A film of pictures of `width` by `height`, of the kind that the ending of its name says.
-    pub fn begin(path: &Path, width: usize, height: usize) -> Result<Self, OutputError> {
+    /// A film of pictures of this width and height, `pace` a second, of the kind that the ending of its name says.
+    pub fn begin(path: &Path, size: [usize; 2], pace: f64) -> Result<Self, OutputError> {
         if path.extension().is_some_and(|ending| ending == "webp") {
-            Animated::begin(path, width, height).map(Self::Animated)
+            Animated::begin(path, size, pace).map(Self::Animated)
         } else {
-            Encoded::begin(path, width, height).map(Self::Encoded)
+            Encoded::begin(path, size, pace).map(Self::Encoded)
         }
     }
 
@@ -60,13 +60,13 @@ pub(crate) struct Encoded {
 }
 
 impl Encoded {
-    /// A film of pictures of `width` by `height`; H.264 has even sides, so a line or column more may be black.
-    fn begin(path: &Path, width: usize, height: usize) -> Result<Self, OutputError> {
+    /// A film of pictures of `width` by `height`, `pace` a second; H.264 has even sides, so a line or column more may be black.
+    fn begin(path: &Path, [width, height]: [usize; 2], pace: f64) -> Result<Self, OutputError> {
         let size = format!("{width}x{height}");
         let mut encoder = Command::new(PROGRAM);
         encoder
             .args(["-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"])
-            .args(["-s", &size, "-r", &PACE.to_string(), "-i", "-", "-an"])
+            .args(["-s", &size, "-r", &pace.to_string(), "-i", "-", "-an"])
             .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264"])
             .args(["-crf", "16", "-pix_fmt", "yuv420p", "-movflags", "+faststart"])
             .arg(path)

@@ -40,6 +40,8 @@ struct Flow {
     beyond: Vec<usize>,
     /// Cells a step that a velocity of 1 is.
     scale: f32,
+    /// Length of a step.
+    dt: f64,
 }
 
 impl Reel {
@@ -57,6 +59,7 @@ impl Reel {
         let flow = Flow {
             beyond: (0..axes).map(|axis| usize::from(!said.repeats(axis))).collect(),
             scale: (said.dt / said.side()) as f32,
+            dt: said.dt,
         };
         let precision = if said.double {
             Precision::F64
@@ -84,6 +87,11 @@ impl Reel {
     /// Cells along x, y (and z).
     pub fn cells(&self) -> &[usize] {
         &self.densities.cells
+    }
+
+    /// Length of a step.
+    pub fn dt(&self) -> f64 {
+        self.flow.dt
     }
 
     /// The last step.

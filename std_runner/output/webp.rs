@@ -13,8 +13,6 @@ use image_webp::{ColorType, EncodingError, WebPEncoder};
 use super::OutputError;
 use super::picture::Picture;
 
-/// Pictures a second.
-pub(super) const PACE: u64 = 24;
 /// Bytes of a file before the size that it says, those included.
 const BEFORE: u64 = 8;
 /// Bytes before the chunk of a still picture: `RIFF`, a size, `WEBP`.
@@ -31,16 +29,19 @@ pub(crate) struct Animated {
     file: BufWriter<File>,
     path: PathBuf,
     pictures: u64,
+    /// Pictures a second.
+    pace: f64,
 }
 
 impl Animated {
-    /// A film of pictures of `width` by `height`, which is shown again and again.
-    pub fn begin(path: &Path, width: usize, height: usize) -> Result<Self, OutputError> {
+    /// A film of pictures of `width` by `height`, `pace` a second, which is shown again and again.
+    pub fn begin(path: &Path, [width, height]: [usize; 2], pace: f64) -> Result<Self, OutputError> {
         let file = File::create(path).map_err(OutputError::of(path))?;
         let mut film = Self {
             file: BufWriter::new(file),
             path: path.to_owned(),
             pictures: 0,
+            pace,
         };
         film.head(width, height).map_err(OutputError::of(path))?;
         Ok(film)
@@ -81,15 +82,15 @@ impl Animated {
             other => io::Error::other(other),
         })?;
         // Times are whole milliseconds: together they keep the pace.
-        let shown = |picture: u64| (2000 * picture + PACE) / (2 * PACE);
+        let shown = |picture: u64| (1000.0 * picture as f64 / self.pace).round() as u64;
         let duration = shown(self.pictures + 1) - shown(self.pictures);
         let place = [0; 6];
-        let [low, high, ..] = duration.to_le_bytes();
+        let [low, middle, high, ..] = duration.to_le_bytes();
         let parts: [&[u8]; 5] = [
             &place,
             &less_one(width),
             &less_one(height),
-            &[low, high, 0, IN_PLACE],
+            &[low, middle, high, IN_PLACE],
             still.get(STILL..).unwrap_or_default(),
         ];
         self.chunk(b"ANMF", &parts)?;

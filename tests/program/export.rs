@@ -305,6 +305,24 @@ fn an_export_says_how_it_plays() {
         (Some(8.0), Some(1.0))
     );
     assert_eq!(real["frames"], json!([1, 3]));
+    let later = exported(
+        &result,
+        "later",
+        &["--format", "usd,vti,fga", "--first-frame", "1001"],
+    );
+    assert_eq!(facts(&later)["frames"], json!([1001, 1003]));
+    let stage = fs::read_to_string(later.join("smoke.usda")).unwrap();
+    for words in [
+        "startTimeCode = 1001",
+        "endTimeCode = 1003",
+        "1002: @./vdb/smoke.1002.vdb@",
+        "step k - 1001",
+    ] {
+        assert!(stage.contains(words), "{words}: {stage}");
+    }
+    for file in ["vdb/smoke.1001.vdb", "vti/smoke.1003.vti", "fga/smoke.1002.fga"] {
+        assert!(later.join(file).is_file(), "{file}");
+    }
     let largest = real["largest_density"].as_f64().unwrap();
     assert_eq!(largest, 179.0 / 64.0);
     // Through a quarter of the box 95 % of what is behind is hidden.

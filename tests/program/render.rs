@@ -237,6 +237,25 @@ fn an_animated_webp_has_the_pixels_of_the_pictures() {
         assert_eq!(shown, expected, "step {step}");
     }
     assert_eq!(durations, [42, 41, 42, 42]);
+    let slow = result.with_file_name("slow");
+    let arguments = [
+        "render",
+        text(&result),
+        "-o",
+        text(&slow),
+        "--format",
+        "webp",
+        "--fps",
+        "0.01",
+        "--steps",
+        "0..1",
+    ];
+    let ended = run(&[&arguments[..], &size[..]].concat());
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let file = std::io::BufReader::new(fs::File::open(slow.join("render.webp")).unwrap());
+    let mut decoder = image_webp::WebPDecoder::new(file).unwrap();
+    let mut bytes = vec![0; decoder.output_buffer_size().unwrap()];
+    assert_eq!(decoder.read_frame(&mut bytes).unwrap(), 100_000);
     let ended = run(&["render", text(&result), "--format", "webp", "--size", "16384x10"]);
     assert_eq!(ended.code, 2, "{}", ended.err);
     assert!(ended.err.contains("has at most 16383 pixels"), "{}", ended.err);
