@@ -57,6 +57,17 @@ pub fn code_of(status: Status) -> u8 {
     }
 }
 
+/// The code that several runs end with: that of one that failed before that of one that stalled, and either before one that is done.
+pub fn worse(one: u8, other: u8) -> u8 {
+    let rank = |code| match code {
+        DONE => 0,
+        STALLED => 1,
+        NOT_FINITE => 2,
+        _ => 3,
+    };
+    if rank(other) > rank(one) { other } else { one }
+}
+
 /// The exit code of a run that ended with `status`, its result where it should be or `diverted` elsewhere.
 pub fn code_of_result(status: Status, diverted: bool) -> u8 {
     if diverted { FILE } else { code_of(status) }

@@ -3,6 +3,7 @@
 use crate::bytes::{grouped, rounded};
 use crate::console::print;
 use crate::exit::Failure;
+use serde_json::{Value, json};
 use std::path::Path;
 use thurible_core::Entry;
 
@@ -26,6 +27,17 @@ pub(crate) fn print_ledger<'a>(lines: impl Iterator<Item = Line<'a>>, sum: usize
         ));
     }
     print(&format!("{:>18}  in all ({}){more}", grouped(sum), rounded(sum)));
+}
+
+/// The line of JSON that says what is planned: the buffers, the bytes of all of them, and what `more` says.
+pub(crate) fn plan_event(entries: &[Entry], bytes: usize, mut more: Value) {
+    let lines = entries
+        .iter()
+        .map(|entry| json!({ "name": entry.name, "bytes": entry.bytes }));
+    more["planned_bytes"] = bytes.into();
+    more["ledger"] = lines.collect();
+    more["event"] = "plan".into();
+    print(&more.to_string());
 }
 
 /// Refuses what needs more bytes than there may be, in a sentence that says how else: by more of them, or in one of `ways`. `given`: by the command line.

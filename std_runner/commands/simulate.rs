@@ -1,6 +1,6 @@
 //! `thurible simulate SCENE`: the flow alone, from the scene's source or from where a result ends.
 
-use super::options::{Keeping, Options, Sharing};
+use super::options::{Keeping, Options, Sharing, longer};
 use crate::exit::Failure;
 use crate::progress::Clock;
 use crate::run::{Origin, Outputs, Request, RunOptions};
@@ -98,11 +98,8 @@ impl Simulation<'_> {
             plan: self.options.plan_of_a_flow(),
             ..self.options.run(outputs)
         })?;
-        let folder = self.output.map(Path::to_owned).unwrap_or_else(|| {
-            let mut name = scene.output.folder.clone().into_os_string();
-            name.push(end);
-            name.into()
-        });
+        let beside = || longer(&scene.output.folder, end);
+        let folder = self.output.map_or_else(beside, Path::to_owned);
         let request = change(Request::new(scene, folder, clock));
         if options.follows() {
             return options.follow(request);

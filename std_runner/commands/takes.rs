@@ -1,6 +1,6 @@
 //! What is asked of commands that take a known flow further.
 
-use super::options::Resources;
+use super::options::{Resources, longer};
 use crate::flows::{Deed, Request};
 use crate::threads;
 use std::path::{Path, PathBuf};
@@ -12,15 +12,11 @@ pub(super) fn request(
     (folder, end): (Option<&Path>, &str),
     deed: Deed,
 ) -> Request {
-    let beside = || {
-        let name = from.file_name().unwrap_or_default().to_string_lossy();
-        from.with_file_name(format!("{name}{end}"))
-    };
     Request {
         deed,
         at,
         from: from.to_owned(),
-        folder: folder.map_or_else(beside, PathBuf::from),
+        folder: folder.map_or_else(|| longer(from, end), PathBuf::from),
         precision: resources.precision,
         threads: resources.threads.unwrap_or_else(threads::available),
         limit: resources.memory_limit,

@@ -1,8 +1,8 @@
 //! `thurible track CAPTURE`: the flow behind frames of smoke.
 
-use super::options::{Options, Overwriting};
+use super::options::{Options, Overwriting, longer};
 use crate::exit::{DONE, Failure};
-use crate::progress::{Clock, Mode};
+use crate::progress::Clock;
 use crate::track::{self, CaptureScene, Request};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -45,9 +45,7 @@ pub fn run(arguments: &TrackArguments) -> Result<u8, Failure> {
     let scene = CaptureScene::load(&arguments.capture, &changes(arguments)?)?;
     let planned = track::planned(&scene, &arguments.options.plan())?;
     if arguments.plan {
-        if arguments.options.mode() != Mode::Quiet {
-            track::print_plan(&scene, &planned);
-        }
+        track::print_plan(&scene, &planned, arguments.options.mode());
         return Ok(DONE);
     }
     let folder = arguments
@@ -95,6 +93,10 @@ fn changes(arguments: &TrackArguments) -> Result<Vec<(String, String)>, Failure>
 
 /// The result folder beside a capture.
 fn beside(capture: &Path) -> PathBuf {
+    // A folder's name has no extension: the frames of plume.v001 and plume.v002 are two captures.
+    if capture.is_dir() {
+        return longer(capture, "_track");
+    }
     let stem = capture
         .file_stem()
         .map(|stem| stem.to_string_lossy().replace('*', ""));

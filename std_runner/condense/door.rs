@@ -8,13 +8,12 @@ use super::written;
 use crate::bytes;
 use crate::compare::publish;
 use crate::destination::{Destination, Earlier};
-use crate::exit::{DONE, Failure, NOT_FINITE, STALLED};
+use crate::exit::{DONE, Failure, code_of, worse};
 use crate::interrupt::Interrupt;
 use crate::plan::PlanOptions;
 use crate::progress::{Display, Mode};
 use crate::scene::Document;
 use std::path::PathBuf;
-use thurible_core::Status;
 
 /// The name of the page and of its facts.
 const STEM: &str = "condense";
@@ -84,7 +83,7 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
             outcome.keep_last(case.problem.mesh.rest.len());
             display.close();
             say(&display, &outcome);
-            ended = worst(ended, outcome.status);
+            ended = worse(ended, code_of(outcome.status));
             if let Some(done) = done.last_mut() {
                 done.outcomes.push(outcome);
             }
@@ -124,13 +123,4 @@ fn say(display: &Display, outcome: &Outcome) {
         outcome.iterations.len(),
         outcome.total
     ));
-}
-
-/// The exit code of several runs: not finite before stalled; a cap that was reached is an answer.
-fn worst(before: u8, status: Status) -> u8 {
-    match (before, status) {
-        (NOT_FINITE, _) | (_, Status::NotFinite | Status::NotReady) => NOT_FINITE,
-        (STALLED, _) | (_, Status::Stalled) => STALLED,
-        _ => before,
-    }
 }

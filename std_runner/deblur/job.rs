@@ -7,6 +7,7 @@ use super::written::{Outcome, write};
 use crate::destination::Destination;
 use crate::exit::{DONE, FILE, Failure, INTERRUPTED};
 use crate::interrupt::Interrupt;
+use crate::ledger::plan_event;
 use crate::problem::Precision;
 use crate::progress::{Clock, Display, Mode, in_words};
 use crate::region::{MARGIN, Region, touch};
@@ -233,12 +234,7 @@ fn print_plan(request: &Request, ledger: &Ledger, planned: usize) {
         return;
     }
     if request.mode == Mode::Json {
-        let lines = ledger
-            .entries()
-            .iter()
-            .map(|entry| json!({ "name": entry.name, "bytes": entry.bytes }));
-        let fields = json!({ "planned_bytes": planned, "ledger": lines.collect::<Vec<_>>() });
-        return Display::new(Mode::Json, 0).event("plan", fields);
+        return plan_event(ledger.entries(), planned, json!({}));
     }
     for entry in ledger.entries() {
         console::print(&format!("{:>18}  {}", bytes::grouped(entry.bytes), entry.name));

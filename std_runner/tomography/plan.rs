@@ -3,8 +3,9 @@
 use super::request::Request;
 use super::views::Views;
 use crate::exit::Failure;
+use crate::ledger::plan_event;
 use crate::plan::size_in_words;
-use crate::progress::{Display, Mode};
+use crate::progress::Mode;
 use crate::region::MARGIN;
 use crate::{bytes, console, threads};
 use serde_json::json;
@@ -106,14 +107,8 @@ pub(super) fn print_plan(request: &Request<'_>, plan: &Plan) {
     }
     let entries = plan.ledger.entries();
     if request.options.mode() == Mode::Json {
-        let ledger = entries
-            .iter()
-            .map(|entry| json!({ "name": entry.name, "bytes": entry.bytes }));
-        let fields = json!({
-            "planned_bytes": plan.block(), "lanes": plan.lanes, "lane_bytes": plan.lane,
-            "result_bytes": plan.beside, "ledger": ledger.collect::<Vec<_>>(),
-        });
-        return Display::new(Mode::Json, 0).event("plan", fields);
+        let more = json!({ "lanes": plan.lanes, "lane_bytes": plan.lane, "result_bytes": plan.beside });
+        return plan_event(entries, plan.block(), more);
     }
     for entry in entries {
         console::print(&format!("{:>18}  {}", bytes::grouped(entry.bytes), entry.name));

@@ -5,11 +5,13 @@ use super::scene::CaptureScene;
 use crate::bytes;
 use crate::console::print;
 use crate::exit::Failure;
-use crate::ledger::{line, over, print_ledger};
+use crate::ledger::{line, over, plan_event, print_ledger};
 use crate::plan::{PlanOptions, size_in_words};
 use crate::problem::Precision;
+use crate::progress::Mode;
 use crate::region::MARGIN;
 use crate::threads;
+use serde_json::json;
 use thurible_core::{Capture, D2, D3, Named, PlanError, TrackParams, TrackPlan};
 
 /// A plan, and what it was made from.
@@ -98,7 +100,7 @@ fn over_limit(scene: &CaptureScene, options: &PlanOptions, needed: usize, limit:
 }
 
 /// Says what is planned, buffer by buffer.
-pub(crate) fn print_plan(scene: &CaptureScene, planned: &Planned) {
+pub(crate) fn print_plan(scene: &CaptureScene, planned: &Planned, mode: Mode) {
     let Planned {
         given,
         params,
@@ -106,6 +108,11 @@ pub(crate) fn print_plan(scene: &CaptureScene, planned: &Planned) {
         plan,
         ..
     } = planned;
+    match mode {
+        Mode::Quiet => return,
+        Mode::Json => return plan_event(plan.entries(), plan.bytes(), json!({})),
+        _ => {}
+    }
     print(&format!(
         "{}: {} cells, {} frames, {}, {} threads, method {}",
         scene.document.path().display(),

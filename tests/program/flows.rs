@@ -190,6 +190,19 @@ fn smoke_is_carried_again_by_its_flow() {
     assert!(history.iter().all(|step| apart(step) < 0.08), "{history:?}");
     assert!(apart(&history[11]) > 1e-4, "{}", history[11]);
     assert_eq!(array(&once, "density").0, [13, 32, 24]);
+    // The result is the folder where the program is: what is made of it goes beside it, not into it.
+    let here = crate::support::thurible()
+        .args(["readvect", ".", "--quiet"])
+        .current_dir(&result)
+        .output()
+        .unwrap();
+    assert!(here.status.success(), "{here:?}");
+    assert!(
+        result
+            .with_file_name("plume_readvect")
+            .join("result.npz")
+            .is_file()
+    );
     // Projected once more, which changes rounding errors alone.
     let [(shape, flow), (_, given)] = [&once, &result].map(|folder| array(folder, "velocity_x"));
     assert_eq!((shape, flow.len()), (vec![12, 32, 25], given.len()));

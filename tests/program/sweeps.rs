@@ -42,6 +42,10 @@ fn every_combination_is_solved_once() {
         "{}",
         listed.err
     );
+    let listed = sweep(&["--list", "--json"]);
+    let third: Value = serde_json::from_str(listed.out.lines().nth(2).unwrap()).unwrap();
+    assert_eq!(third["number"], 3);
+    assert_eq!(third["set"][0], "control.force_weight=1e4");
     assert!(!out.exists());
     let one = sweep(&["--only", "2", "--quiet"]);
     assert!(matches!(one.code, 0 | 5), "{}", one.err);

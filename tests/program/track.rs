@@ -216,6 +216,13 @@ fn frames_come_in_files_and_captures() {
             .collect();
         assert_eq!(last, blob(10));
     }
+    // A folder's name has no ending: what follows on a point is a version.
+    let version = frames.with_file_name("frames.v002");
+    fs::rename(&frames, &version).unwrap();
+    let ended = run(&["track", version.to_str().unwrap(), "--quiet"]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    assert!(frames.with_file_name("frames.v002_track").is_dir());
+    fs::rename(&version, &frames).unwrap();
     let capture = frames.with_file_name("blob.toml");
     let text = "[capture]\nfiles = \"frames/smoke_*.npy\"\nboundary = [\"periodic\", \"wall\"]\nlength = 2.0\ndt = 0.1\nlast = 1\n[track]\nbeta = 0.3\n";
     fs::write(&capture, text).unwrap();
@@ -504,6 +511,13 @@ fn a_plan_and_a_ceiling_are_heard() {
         ended.code == 0 && ended.out.contains("whatever the number of frames"),
         "{}",
         ended.err
+    );
+    let ended = track(&frames, &out, &["--plan", "--json"]);
+    let planned: Value = serde_json::from_str(&ended.out).unwrap();
+    let lines = planned["ledger"].as_array().unwrap();
+    assert!(
+        planned["planned_bytes"].as_u64() > Some(1000) && lines.len() > 3,
+        "{planned}"
     );
     assert!(!out.exists());
     let ended = track(&frames, &out, &["--memory-limit", "20KiB"]);

@@ -10,9 +10,9 @@ use crate::checkpoint::{self, Every};
 use crate::compare::publish;
 use crate::console;
 use crate::destination::Earlier;
-use crate::exit::{DONE, Failure};
+use crate::exit::{DONE, Failure, worse};
 use crate::interrupt::Interrupt;
-use crate::progress::{Clock, Mode};
+use crate::progress::{Clock, Display, Mode};
 use crate::run::{Outputs, Request};
 use crate::scene::Scene;
 use crate::solves;
@@ -66,7 +66,12 @@ pub fn run(arguments: &SweepArguments) -> Result<u8, Failure> {
     }
     if arguments.list {
         for (index, run) in runs.iter().enumerate() {
-            console::print(&format!("{:>4}  {}", index + 1, run.set.join(" ")));
+            if arguments.options.mode() == Mode::Json {
+                let fields = json!({ "number": index + 1, "set": run.set });
+                Display::new(Mode::Json, 0).event("run", fields);
+            } else {
+                console::print(&format!("{:>4}  {}", index + 1, run.set.join(" ")));
+            }
         }
         return Ok(DONE);
     }
@@ -95,11 +100,11 @@ pub fn run(arguments: &SweepArguments) -> Result<u8, Failure> {
             break;
         }
         match arguments.solve(run, &interrupt) {
-            Ok(code) => worst = worst.max(code),
+            Ok(code) => worst = worse(worst, code),
             // The others may well be solved, and the page tells of them.
             Err(failure) => {
                 console::error(&format!("thurible: {}: {failure}", run.set.join(" ")));
-                worst = worst.max(failure.code());
+                worst = worse(worst, failure.code());
             }
         }
     }
