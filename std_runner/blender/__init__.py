@@ -3,6 +3,7 @@
 
 import pathlib
 import tempfile
+import textwrap
 import traceback
 
 import bpy
@@ -13,7 +14,13 @@ from . import job, scene_file, volume
 
 # How often a running job is looked at, in seconds.
 LOOK = 0.25
+# About how many pixels a letter of a panel takes.
+LETTER = 7
+# What a file, a program or a user's objects may be the reason for: said in the panel.
+FAILURES = (scene_file.Refused, OSError, ValueError, KeyError)
 running = None
+# Folders of scenes of a file that was never saved.
+temporary = {}
 
 
 class Preferences(bpy.types.AddonPreferences):
@@ -28,6 +35,9 @@ class Preferences(bpy.types.AddonPreferences):
 class Settings(bpy.types.PropertyGroup):
     domain: PointerProperty(type=bpy.types.Object, name="Domain", description="Its bounding box is where the smoke may be")
     source: PointerProperty(type=bpy.types.Collection, name="Source", description="The smoke at the first frame")
+    emitters: PointerProperty(
+        type=bpy.types.Collection, name="Emitters", description="Objects that make smoke, each up to the frame that it names"
+    )
     keyframes: PointerProperty(
         type=bpy.types.Collection, name="Keyframes", description="Shapes that the smoke takes, each at the frame that it names"
     )
@@ -37,8 +47,17 @@ class Settings(bpy.types.PropertyGroup):
     force_weight: FloatProperty(
         name="Force weight", description="Small: keyframes are met closely; large: the force stays small", default=100.0, min=1e-6
     )
-    buoyancy: FloatProperty(name="Buoyancy", description="How smoke rises, in boxes a frame squared", default=0.0)
-    folder: StringProperty(name="Folder", description="Where scene and result go; empty: a temporary one", subtype="DIR_PATH")
+    buoyancy: FloatProperty(name="Buoyancy", description="How smoke rises, in boxes a frame squared", default=0.0, precision=5)
+    rate: FloatProperty(name="Rate", description="The density that emitters add in a frame", default=0.1, min=1e-6)
+    open_top: BoolProperty(name="Open top", description="Smoke and air may leave at the top of the domain", default=False)
+    release: BoolProperty(name="Let go", description="No force acts after the last keyframe: the smoke goes on by itself", default=False)
+    threads: IntProperty(name="Threads", description="0: as many as the machine offers", default=0, min=0, max=4096)
+    memory_limit: FloatProperty(name="Memory limit", description="In GiB; 0: what the machine has", default=0.0, min=0.0)
+    folder: StringProperty(
+        name="Folder", description="Where scene and result go; empty: beside the file, or a temporary one until that is saved", subtype="DIR_PATH"
+    )
+    by_hand: BoolProperty(name="By hand", description="Solve the folder's scene.toml and its meshes as they are, instead of writing them anew", default=False)
+    smoke: PointerProperty(type=bpy.types.Object, name="Smoke", description="The volume that the result is shown by")
     memory: StringProperty(name="Memory", description="What a solve takes")
     progress: FloatProperty(name="Progress", min=0, max=1, subtype="FACTOR")
     said: StringProperty()
@@ -51,11 +70,24 @@ def program_path(context):
     return bpy.path.abspath(addon.preferences.program) if addon and addon.preferences.program else ""
 
 
-def working_folder(settings):
+def folder_of(scene, make=True):
+    """The folder of a scene: the one that is chosen, or one of its own beside the file; of a file that was never saved a temporary one, or None."""
+    settings = scene.thurible
     if settings.folder:
         return pathlib.Path(bpy.path.abspath(settings.folder))
-    settings.folder = tempfile.mkdtemp(prefix="thurible_")
-    return pathlib.Path(settings.folder)
+    if bpy.data.filepath:
+        file = pathlib.Path(bpy.data.filepath)
+        return file.with_name(f"{file.stem}_thurible") / bpy.path.clean_name(scene.name)
+    if make and scene.name not in temporary:
+        temporary[scene.name] = tempfile.mkdtemp(prefix="thurible_")
+    return pathlib.Path(temporary[scene.name]) if scene.name in temporary else None
+
+
+def resources(settings):
+    """What the program may take, as its options."""
+    taken = ["--threads", str(settings.threads)] if settings.threads else []
+    limit = int(settings.memory_limit * 2**30)
+    return taken + (["--memory-limit", str(limit)] if limit else [])
 
 
 def in_words(count):
@@ -66,53 +98,82 @@ def in_words(count):
     return f"{count:.4g} TiB"
 
 
+def say(settings, text):
+    """Shows a text in the panel, and prints it, since a panel is narrow."""
+    settings.said = text
+    print(f"thurible: {text}")
+
+
 def planned(context):
-    """Writes the scene and says what it takes; the path of its file."""
-    settings = context.scene.thurible
-    written = scene_file.write(context, working_folder(settings))
-    settings.memory = in_words(job.memory(program_path(context), written))
+    """Writes the scene, unless it is written by hand, and says what it takes; the path of its file."""
+    settings, folder = context.scene.thurible, folder_of(context.scene)
+    written = scene_file.by_hand(folder) if settings.by_hand else scene_file.write(context, folder)
+    settings.memory = in_words(job.memory(program_path(context), written, resources(settings)))
     return written
 
 
-class Plan(bpy.types.Operator):
-    bl_idname = "thurible.plan"
-    bl_label = "Memory"
-    bl_description = "Write the scene and say how much memory a solve takes"
-
-    def execute(self, context):
-        try:
-            planned(context)
-        except (scene_file.Refused, OSError) as refused:
-            self.report({"ERROR"}, str(refused))
-            return {"CANCELLED"}
-        self.report({"INFO"}, f"A solve takes {context.scene.thurible.memory}")
-        return {"FINISHED"}
+def begin(context, goes_on):
+    """Begins a job, of a scene that is written now or of a solve that is there."""
+    global running
+    scene, settings = context.scene, context.scene.thurible
+    written = folder_of(scene) / scene_file.SCENE if goes_on else planned(context)
+    running = job.Job(program_path(context), written, resources(settings), goes_on, scene_file.frame_rate(scene), settings.iterations)
+    running.scene = scene.name
+    settings.progress, settings.said = 0.0, "going on" if goes_on else f"solving in {settings.memory}"
+    bpy.app.timers.register(look, first_interval=LOOK)
 
 
-class Solve(bpy.types.Operator):
-    bl_idname = "thurible.solve"
-    bl_label = "Solve"
-    bl_description = "Find the smoke that passes through the keyframes, and bring it in as a volume"
+class Deed(bpy.types.Operator):
+    """A button that waits for a job, and says why it cannot do what it should."""
 
     @classmethod
     def poll(cls, context):
         return not context.scene.thurible.busy
 
     def execute(self, context):
-        global running
-        settings = context.scene.thurible
         try:
-            written = planned(context)
-            running = job.Job(
-                program_path(context), written, scene_file.frame_rate(context.scene), settings.iterations
-            )
-        except (scene_file.Refused, OSError) as refused:
-            self.report({"ERROR"}, str(refused))
+            self.do(context)
+        except FAILURES as failure:
+            self.report({"ERROR"}, str(failure))
             return {"CANCELLED"}
-        running.scene = context.scene.name
-        settings.progress, settings.said = 0.0, f"solving in {settings.memory}"
-        bpy.app.timers.register(look, first_interval=LOOK)
         return {"FINISHED"}
+
+
+class Plan(Deed):
+    bl_idname = "thurible.plan"
+    bl_label = "Memory"
+    bl_description = "Write the scene and say how much memory a solve takes"
+
+    def do(self, context):
+        planned(context)
+        self.report({"INFO"}, f"A solve takes {context.scene.thurible.memory}")
+
+
+class Solve(Deed):
+    bl_idname = "thurible.solve"
+    bl_label = "Solve"
+    bl_description = "Find the smoke that passes through the keyframes, and bring it in as a volume"
+
+    def do(self, context):
+        begin(context, False)
+
+
+class Resume(Deed):
+    bl_idname = "thurible.resume"
+    bl_label = "Go on"
+    bl_description = "Go on with the solve that was not finished, from its last state"
+
+    def do(self, context):
+        begin(context, True)
+
+
+class Load(Deed):
+    bl_idname = "thurible.load"
+    bl_label = "Load volumes"
+    bl_description = "Bring in the last volumes of the folder again"
+
+    def do(self, context):
+        volume.load(context.scene, volume.newest(folder_of(context.scene)))
 
 
 class Cancel(bpy.types.Operator):
@@ -127,22 +188,6 @@ class Cancel(bpy.types.Operator):
     def execute(self, _context):
         if running is not None:
             running.cancel()
-        return {"FINISHED"}
-
-
-class Load(bpy.types.Operator):
-    bl_idname = "thurible.load"
-    bl_label = "Load volumes"
-    bl_description = "Bring in the volumes of the folder again"
-
-    def execute(self, context):
-        settings = context.scene.thurible
-        try:
-            low, _longest, _cells = scene_file.grid(settings)
-            volume.load(context.scene, working_folder(settings) / "volumes", low)
-        except (scene_file.Refused, OSError) as refused:
-            self.report({"ERROR"}, str(refused))
-            return {"CANCELLED"}
         return {"FINISHED"}
 
 
@@ -161,7 +206,7 @@ def look():
         traceback.print_exc()
         said = f"{type(error).__name__}: {error}"
     drop()
-    scene.thurible.said = said
+    say(scene.thurible, said)
     return None
 
 
@@ -177,21 +222,30 @@ def looked(scene):
         return LOOK
     ended, running = running, None
     if ended.failure:
-        settings.said = ended.failure
+        say(settings, ended.failure)
         return None
-    low, _longest, _cells = scene_file.grid(settings)
-    volume.load(scene, ended.export, low)
-    settings.said = "cancelled: the smoke so far" if ended.cancelled else "done"
+    volume.load(scene, ended.export)
+    volume.remove_others(ended.export)
+    notes = ["cancelled: the smoke so far" if ended.cancelled else "done", *ended.notes]
+    if not settings.folder and not bpy.data.filepath:
+        notes.append("The volumes are in a temporary folder: save the file and solve again, or choose a folder, to keep them.")
+    say(settings, "\n".join(notes))
     return None
 
 
-@persistent
-def drop(*_file):
+def drop():
     """Stops the job, whose scene goes or that cannot be followed any more."""
     global running
     ended, running = running, None
     if ended is not None:
         ended.cancel()
+
+
+@persistent
+def leave(*_file):
+    """Another file is opened."""
+    drop()
+    temporary.clear()
 
 
 class Panel(bpy.types.Panel):
@@ -202,12 +256,15 @@ class Panel(bpy.types.Panel):
     def draw(self, context):
         layout, settings = self.layout, context.scene.thurible
         layout.use_property_split = True
-        for name in ("domain", "source", "keyframes", "solids"):
+        for name in ("domain", "source", "emitters", "keyframes", "solids"):
             layout.prop(settings, name)
         thing = context.object
         if thing is not None and settings.keyframes and thing.name in settings.keyframes.all_objects:
             layout.prop(thing, "thurible_frame")
-        for name in ("resolution", "iterations", "force_weight", "buoyancy", "folder"):
+            layout.prop(thing, "thurible_hold")
+        if thing is not None and settings.emitters and thing.name in settings.emitters.all_objects:
+            layout.prop(thing, "thurible_until")
+        for name in ("resolution", "iterations", "force_weight", "buoyancy", "rate", "open_top", "release", "threads", "memory_limit", "folder", "by_hand"):
             layout.prop(settings, name)
         row = layout.row()
         row.operator(Plan.bl_idname)
@@ -218,12 +275,23 @@ class Panel(bpy.types.Panel):
             layout.operator(Cancel.bl_idname)
         else:
             layout.operator(Solve.bl_idname)
-            if settings.said:
-                layout.label(text=settings.said)
+            folder = folder_of(context.scene, make=False)
+            if folder is not None and job.is_unfinished(folder):
+                layout.operator(Resume.bl_idname)
+            self.write(context, settings.said)
             layout.operator(Load.bl_idname)
 
+    def write(self, context, text):
+        """A text, in as many lines as the panel needs for it."""
+        width = context.region.width if context.region else 300
+        letters = max(20, int(width / (LETTER * context.preferences.system.ui_scale)))
+        column = self.layout.column(align=True)
+        for paragraph in text.splitlines():
+            for line in textwrap.wrap(paragraph, letters):
+                column.label(text=line)
 
-classes = (Preferences, Settings, Plan, Solve, Cancel, Load, Panel)
+
+classes = (Preferences, Settings, Plan, Solve, Resume, Cancel, Load, Panel)
 
 
 def register():
@@ -233,15 +301,20 @@ def register():
     bpy.types.Object.thurible_frame = IntProperty(
         name="Frame", description="When the smoke takes this shape; 0: at the last frame", default=0, min=0
     )
-    bpy.app.handlers.load_pre.append(drop)
+    bpy.types.Object.thurible_hold = IntProperty(name="Hold", description="For how many frames more it keeps this shape", default=0, min=0)
+    bpy.types.Object.thurible_until = IntProperty(
+        name="Until", description="The frame that it makes smoke up to; 0: to the last one", default=0, min=0
+    )
+    bpy.app.handlers.load_pre.append(leave)
 
 
 def unregister():
     drop()
-    bpy.app.handlers.load_pre.remove(drop)
+    bpy.app.handlers.load_pre.remove(leave)
     if bpy.app.timers.is_registered(look):
         bpy.app.timers.unregister(look)
-    del bpy.types.Object.thurible_frame
+    for name in ("thurible_frame", "thurible_hold", "thurible_until"):
+        delattr(bpy.types.Object, name)
     del bpy.types.Scene.thurible
     for kind in reversed(classes):
         bpy.utils.unregister_class(kind)

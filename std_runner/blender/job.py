@@ -10,7 +10,13 @@ import subprocess
 import sys
 import threading
 
-from .scene_file import Refused
+from . import volume
+from .scene_file import PLACE, Refused
+
+# The result's folder, and the one of the states of a solve that was not finished.
+RESULT, STATES = "result", "result.checkpoint"
+# How often a state is kept, so that what is cancelled, or ends with Blender, can go on.
+KEPT = ["--checkpoint", "every=60s"]
 
 
 def program(path):
@@ -22,32 +28,51 @@ def program(path):
     return found
 
 
-def memory(path, scene_file):
+def event(line):
+    """What a line of JSON says; nothing where it is broken, as the last one of a program that was ended may be."""
+    try:
+        found = json.loads(line)
+    except ValueError:
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def memory(path, scene_file, resources):
     """What a solve takes, in bytes, as `thurible plan --json` says."""
     ended = subprocess.run(
-        [program(path), "plan", str(scene_file), "--json"], capture_output=True, text=True, encoding="utf-8", check=False
+        [program(path), "plan", str(scene_file), "--json", *resources], capture_output=True, text=True, encoding="utf-8", check=False
     )
     if ended.returncode != 0:
         raise Refused(ended.stderr.strip() or f"thurible plan ended with {ended.returncode}")
     for line in ended.stdout.splitlines():
-        event = json.loads(line)
-        if event.get("event") == "plan":
-            return event["block_bytes"]
+        said = event(line)
+        if said.get("event") == "plan":
+            return said["block_bytes"]
     raise Refused("thurible plan said nothing; is it of another version?")
 
 
-class Job:
-    """A solve, and the export that follows."""
+def is_unfinished(folder):
+    """Whether a solve can go on from the states in a folder."""
+    return (pathlib.Path(folder) / STATES).is_dir()
 
-    def __init__(self, path, scene_file, fps, iterations):
+
+class Job:
+    """A solve, from its beginning or from its last state, and the export that follows."""
+
+    def __init__(self, path, scene_file, resources, goes_on, fps, iterations):
         self.program = program(path)
-        self.result = pathlib.Path(scene_file).parent / "result"
-        self.export = pathlib.Path(scene_file).parent / "volumes"
+        folder = pathlib.Path(scene_file).parent
+        self.result, self.export = folder / RESULT, volume.another(folder)
+        # Where the smoke belongs, whatever becomes of the domain meanwhile.
+        self.place = (folder / PLACE).read_bytes()
         self.fps, self.iterations = fps, max(1, iterations)
         self.progress, self.said, self.failure, self.cancelled = 0.0, "starting", None, False
         self.stage, self.done, self.cells, self.count = "solve", False, None, 0
+        # What the user should know in the end.
+        self.notes = []
         # The folder is the extension's own: an earlier result in it is one of an earlier press of the button.
-        self._begin(["solve", str(scene_file), "--json", "--force", "-o", str(self.result)])
+        what = ["resume", str(self.result)] if goes_on else ["solve", str(scene_file), "-o", str(self.result)]
+        self._begin([*what, "--json", "--force", *KEPT, *resources])
 
     def _begin(self, arguments):
         self.lines, self.errors, self.asked = queue.Queue(), [], False
@@ -81,31 +106,38 @@ class Job:
 
     def poll(self):
         """Takes what the program said since; whether all is over."""
-        while not self.lines.empty():
-            self._hear(json.loads(self.lines.get()))
+        self._hear_all()
         if self.done or self.process.poll() is None:
             return self.done
         for reader in self.readers:
             reader.join()
-        while not self.lines.empty():
-            self._hear(json.loads(self.lines.get()))
+        self._hear_all()
         self._ended(self.process.returncode)
         return self.done
 
-    def _hear(self, event):
-        kind = event.get("event")
+    def _hear_all(self):
+        while not self.lines.empty():
+            self._hear(event(self.lines.get()))
+
+    def _hear(self, said):
+        kind = said.get("event")
         if kind == "plan":
-            self.cells = event.get("cells")
+            self.cells = said.get("cells")
         elif kind == "iteration":
             # Coarser grids come first and cost little.
-            if event.get("level") == self.cells:
+            if said.get("level") == self.cells:
                 self.count += 1
             self.progress = max(self.progress, min(0.95, 0.95 * self.count / self.iterations))
-            self.said = f"iteration {event.get('iteration')}, data {event.get('data', 0):.3g}"
+            self.said = f"iteration {said.get('iteration')}, data {said.get('data', 0):.3g}"
         elif kind == "step":
-            self.progress, self.said = max(self.progress, 0.95), f"writing step {event.get('step')}"
+            self.progress, self.said = max(self.progress, 0.95), f"writing step {said.get('step')}"
         elif kind == "warning":
-            self.said = event.get("message", "")
+            self.notes.append(said.get("message", ""))
+        elif kind == "result":
+            missed = [keyframe["relative_l2"] for keyframe in said.get("keyframes", ()) if keyframe.get("relative_l2") is not None]
+            if missed:
+                self.notes.append(f"The keyframes are missed by {100 * max(missed):.3g} % at most.")
+            self.notes += [remark for remark in said.get("remarks", ()) if remark not in self.notes]
 
     def _ended(self, code):
         # 5: stalled, 130: interrupted; both have written a result.
@@ -119,4 +151,5 @@ class Job:
             fps = f"{self.fps:.6g}"
             self._begin(["export", str(self.result), "--format", "vdb", "--up", "z", "--fps", fps, "--json", "-o", str(self.export)])
         else:
+            (self.export / PLACE).write_bytes(self.place)
             self.progress, self.said, self.done = 1.0, "done", True

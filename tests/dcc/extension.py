@@ -85,7 +85,7 @@ def wait(module, seconds, until=lambda job: False):
 
 def check_volume(folder):
     volume = bpy.data.objects["Thurible smoke"]
-    facts = json.loads((folder / "volumes" / "export.json").read_text())
+    facts = json.loads((module.volume.newest(folder) / "export.json").read_text())
     assert facts["fps"] == 30 and facts["velocity_factor"] == 1, facts
     assert volume.data.is_sequence and volume.data.frame_duration == 13 and volume.data.frame_start == 1
     assert volume.data.velocity_grid == "velocity" and len(volume.data.materials) == 1 and volume.data.velocity_unit == "SECOND"
@@ -120,20 +120,94 @@ except RuntimeError as error:
 assert settings.memory.endswith("MiB") or settings.memory.endswith("KiB"), settings.memory
 assert bpy.ops.thurible.solve() == {"FINISHED"} and settings.busy
 progress = wait(module, 300)
-assert settings.said == "done", settings.said
+assert settings.said.startswith("done\nThe keyframes are missed by"), settings.said
 assert progress == sorted(progress) and len(set(progress)) > 3, progress
 centres = check_volume(folder)
-# Cancelled, it brings in what there is.
+module.job.KEPT = ["--checkpoint", "every=5"]
+# Cancelled, it brings in what there is, in the place where it was solved and with the look that was made of it; no file is
+# read again that Blender has kept.
 settings.iterations = 5000
 settings.resolution = 24
+smoke, first = settings.smoke, settings.smoke.data.filepath
+shader = next(node for node in smoke.data.materials[0].node_tree.nodes if node.bl_idname == "ShaderNodeVolumePrincipled")
+shader.inputs["Anisotropy"].default_value, shader.inputs["Density"].default_value = 0.5, 123.0
 bpy.ops.thurible.solve()
+settings.domain.location.x += 3
+assert not bpy.ops.thurible.plan.poll() and not bpy.ops.thurible.load.poll()
+wait(module, 300, until=lambda job: job.count > 10)
+settings.domain.location.x -= 3
+assert settings.said.startswith("cancelled: the smoke so far"), settings.said
+assert settings.smoke == smoke and np.allclose(smoke.location, (4, -1, 0)), smoke.location
+assert smoke.data.filepath != first and not pathlib.Path(bpy.path.abspath(first)).exists(), smoke.data.filepath
+assert np.allclose([shader.inputs[name].default_value for name in ("Anisotropy", "Density")], (0.5, 123.0))
+# It goes on from there.
+assert module.job.is_unfinished(folder)
+before = np.load(folder / "result" / "result.npz")["density"]
+bpy.ops.thurible.resume()
 wait(module, 300, until=lambda job: job.progress > 0)
-assert settings.said == "cancelled: the smoke so far", settings.said
+assert settings.said.startswith("cancelled: the smoke so far"), settings.said
+assert np.abs(np.load(folder / "result" / "result.npz")["density"] - before).max() > 0
 # Asked twice, it still writes what it has.
 shutil.rmtree(folder / "result")
 bpy.ops.thurible.solve()
 wait(module, 300, until=lambda job: job.progress > 0 and (job.cancel(), time.sleep(0.05)))
-assert settings.said == "cancelled: the smoke so far", settings.said
+assert settings.said.startswith("cancelled: the smoke so far"), settings.said
+# What is written by hand is solved as it is.
+settings.by_hand, settings.iterations = True, 2
+hand = (folder / "scene.toml").read_text().replace("iterations = 5000", "iterations = 3")
+(folder / "scene.toml").write_text(hand)
+bpy.ops.thurible.solve()
+wait(module, 300)
+assert settings.said.startswith("done") and (folder / "scene.toml").read_text() == hand, settings.said
+assert len(json.loads((folder / "result" / "report.json").read_text())["history"]) > 3
+settings.by_hand = False
+# Emitters, a keyframe that is held, letting go and an open top are in the scene; hidden objects are read as they move.
+scene, target = bpy.context.scene, settings.keyframes.objects[0]
+scene.frame_end = 20
+target.thurible_hold = 2
+for frame, height in ((1, 1.0), (13, 1.4)):
+    target.location.z = height
+    target.keyframe_insert("location", frame=frame)
+array = target.modifiers.new("Array", "ARRAY")
+array.count, array.relative_offset_displace[0] = 3, 0.0
+target.hide_set(True)
+target.hide_viewport = True
+bpy.ops.mesh.primitive_uv_sphere_add(radius=0.2, location=(4.5, 0, 0.5))
+settings.emitters, bpy.context.object.thurible_until = collection("emitters", bpy.context.object), 8
+settings.open_top = settings.release = True
+settings.threads, settings.memory_limit, settings.buoyancy = 1, 2.0, 1e-3
+bpy.ops.thurible.plan()
+written = (folder / "scene.toml").read_text()
+for part in ('[[emitter]]\nto = 7\n', "hold = 2", "[[release]]\nfrom = 14", '["wall", "open"]', "buoyancy"):
+    assert part in written, (part, written)
+
+
+def height():
+    """The middle of the keyframe that was written, which moves up, and has the points that its modifier makes."""
+    lines = (folder / "keyframe_0013.obj").read_text().splitlines()
+    heights = [float(line.split()[3]) for line in lines if line.startswith("v ")]
+    assert len(heights) == 24, len(heights)
+    return np.mean(heights)
+
+
+assert np.isclose(height(), 1.4) and target.hide_viewport and target.hide_get(), height()
+target.thurible_hold = 7
+try:
+    bpy.ops.thurible.plan()
+    raise SystemExit("nothing is left to let go, and it was taken")
+except RuntimeError as error:
+    assert "let the scene end later" in str(error), error
+target.thurible_hold = 2
+layer = bpy.context.view_layer.layer_collection.children["keys"]
+for owner, name in ((layer, "exclude"), (layer, "hide_viewport"), (settings.keyframes, "hide_viewport")):
+    setattr(owner, name, True)
+    (folder / "keyframe_0013.obj").unlink()
+    bpy.ops.thurible.plan()
+    assert np.isclose(height(), 1.4) and getattr(owner, name), (name, height())
+    setattr(owner, name, False)
+bpy.ops.thurible.solve()
+wait(module, 300)
+assert settings.said.startswith("done"), settings.said
 
 
 def broken(end, said):
@@ -147,8 +221,8 @@ def broken(end, said):
     job.process.wait(60)
 
 
-broken(lambda job: job.lines.put("no JSON\n"), "JSONDecodeError")
 settings.iterations = 3
+broken(lambda job: (job.lines.put("no JSON\n"), setattr(job, "program", "/nowhere/thurible")), "/nowhere/thurible")
 load, module.volume.load = module.volume.load, lambda *_: {}["frames"]
 broken(lambda job: None, "KeyError: 'frames'")
 module.volume.load = load
@@ -183,7 +257,8 @@ bpy.ops.thurible.solve()
 bpy.context.window.scene = other
 assert bpy.context.scene == other and not bpy.ops.thurible.solve.poll()
 wait(module, 300)
-assert (settings.said, other.thurible.said) == ("done", ""), (settings.said, other.thurible.said)
+assert settings.said.startswith("done") and other.thurible.said == "", (settings.said, other.thurible.said)
+assert settings.smoke.name in shown.objects and settings.smoke.name not in other.objects and other.thurible.smoke is None
 bpy.context.window.scene = shown
 # A file that is opened ends the job, also one that was kept while there was a job.
 bpy.ops.thurible.solve()
@@ -192,6 +267,10 @@ bpy.ops.wm.save_as_mainfile(filepath=str(OUT / "busy.blend"))
 bpy.ops.wm.open_mainfile(filepath=str(OUT / "busy.blend"))
 settings = bpy.context.scene.thurible
 assert module.running is None and not settings.busy and job.cancelled
+# Beside a file that is saved it has a folder of its own.
+settings.folder = ""
+assert module.folder_of(bpy.context.scene) == OUT / "busy_thurible" / "Scene", module.folder_of(bpy.context.scene)
+settings.folder = str(folder)
 job.process.wait(60)
 # What is missing is said in a sentence.
 settings.domain = None
