@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import shutil
 import sys
 import types
 
@@ -66,6 +67,10 @@ class Node:
     """A node whose inputs stand where thurible's box is not."""
 
     own = Cube([0.0] * 3, 0.0)
+
+    def path(self):
+        return "/obj/smoke/python1"
+
     given = [Cube([-3.0, 5.0, 7.0], 1.0), Cube([-2.5, 5.5, 7.5], 1.0)]
 
     def geometry(self):
@@ -80,10 +85,12 @@ class NodeError(Exception):
 
 
 def main():
-    folder = OUT / "thurible"
+    home = OUT / "thurible" / "obj_smoke_python1"
+    shutil.rmtree(home, ignore_errors=True)
     hou = types.ModuleType("hou")
     hou.pwd, hou.frame, hou.NodeError = Node, lambda: 1e9, NodeError
-    hou.text = types.SimpleNamespace(expandString=lambda _: str(folder))
+    hou.text = types.SimpleNamespace(expandString=lambda _: str(OUT / "thurible"))
+    hou.fps = lambda: 30.0
     hou.hmath = types.SimpleNamespace(buildTranslate=lambda *by: Matrix(by))
     sys.modules["hou"] = hou
     os.environ["PATH"] = f"{THURIBLE.parent}{os.pathsep}{os.environ['PATH']}"
@@ -94,13 +101,20 @@ def main():
     assert few.count("16, 16, 16") == 1 and few.count("method.iterations=1") == 1
     for _ in range(2):
         exec(few, {})
+    (folder,) = [path for path in home.iterdir() if path.is_dir()]
     report = json.loads((folder / "result" / "report.json").read_text())
     assert report["length"] == 1.5 * 1.5 and report["status"] == "max_iterations", report["status"]
+    # A force means the same in metres and seconds as in a box and steps of length 1.
+    assert abs(report["force_weight"] * report["length"] ** 2 * 30**4 / 1000 - 1) < 1e-6, report["force_weight"]
     # What was moved to the box's place is back at its own.
     last = json.loads((folder / "volumes" / "export.json").read_text())["frames"][1]
     assert Node.own.read.endswith(f"smoke.{last:04}.vdb") and pathlib.Path(Node.own.read).is_file()
     moved = [round(one, 9) for one in Node.own.low]
     assert moved == [-3.375, 4.625, 8.875], moved
+    # Other meshes are solved anew, in a folder of their own.
+    Node.given = [Node.given[0], Cube([-2.5, 5.5, 7.5], 0.8)]
+    exec(few, {})
+    assert len([path for path in home.iterdir() if path.is_dir()]) == 2
     print("houdini: ok")
 
 
