@@ -1,6 +1,6 @@
 //! The devices that there are, and a search on one of them.
 
-use crate::machine::Machine;
+use crate::machine::{Bounds, Machine};
 use crate::state::{State, plan};
 use core::fmt;
 use pollster::block_on;
@@ -57,10 +57,18 @@ impl Named {
     /// # Errors
     /// A sentence.
     pub fn open(&self, most: Option<u64>) -> Result<Gpu, String> {
+        self.open_within(most, Bounds::default())
+    }
+
+    /// The same, where no more is done at once than `bounds` say.
+    ///
+    /// # Errors
+    /// A sentence.
+    pub fn open_within(&self, most: Option<u64>, bounds: Bounds) -> Result<Gpu, String> {
         Ok(Gpu {
             name: self.name.clone(),
             most,
-            inner: Mutex::new((Machine::open(&self.adapter)?, None)),
+            inner: Mutex::new((Machine::open(&self.adapter, bounds)?, None)),
         })
     }
 }

@@ -22,3 +22,4 @@ mod state;
 mod transport;
 
 pub use adapters::{Gpu, Named, adapters};
+pub use machine::Bounds;

@@ -11,17 +11,35 @@ use wgpu::{
     DeviceDescriptor, ErrorFilter, Features, Limits, MapMode, PollType, Queue,
 };
 
-/// Groups in a row of a dispatch at most.
-const ROW: u64 = 32768;
 /// Dispatches that wait at most before they are handed over.
 const WAITING: usize = 256;
-/// Groups of a sum at most, and elements for each of their invocations before there are more groups. As many numbers come back as groups.
-const PARTIAL: usize = 1024;
+/// Elements for each invocation of a sum before there are more groups.
 const PIECE: usize = 16;
 /// Sums that may come back together.
 const SUMS: usize = 1 << 20;
 /// Bytes that are written at most before the device takes them: until then they are held twice.
 const STAGED: u64 = 1 << 26;
+
+/// How much is done at once. Tighter ones have a small box go the ways that otherwise only a large one goes.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds {
+    /// Bytes of a buffer at most, unless the device allows fewer.
+    pub buffer: u64,
+    /// Groups in a row of a dispatch at most.
+    pub row: u64,
+    /// Groups of a sum at most. As many numbers come back.
+    pub partial: usize,
+}
+
+impl Default for Bounds {
+    fn default() -> Self {
+        Self {
+            buffer: u64::MAX,
+            row: 32768,
+            partial: 1024,
+        }
+    }
+}
 
 /// One kernel over some parts of fields.
 struct Dispatch {
@@ -40,6 +58,7 @@ pub struct Machine {
     queue: Queue,
     kernels: Kernels,
     limits: Limits,
+    bounds: Bounds,
     waiting: Vec<Dispatch>,
     /// Where sums are left, and where they are read.
     sums: Field,
@@ -59,8 +78,10 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 
 impl Machine {
     /// Opens an adapter.
-    pub fn open(adapter: &Adapter) -> Result<Self, String> {
-        let limits = adapter.limits();
+    pub fn open(adapter: &Adapter, bounds: Bounds) -> Result<Self, String> {
+        let mut limits = adapter.limits();
+        let bound = &mut limits.max_storage_buffer_binding_size;
+        *bound = (*bound).min(bounds.buffer);
         if !adapter.features().contains(Features::IMMEDIATES)
             || (limits.max_immediate_size as usize) < NUMBERS
         {
@@ -102,6 +123,7 @@ impl Machine {
             queue,
             kernels,
             limits,
+            bounds,
             waiting: Vec::new(),
             staging,
             taken: 0,
@@ -264,7 +286,7 @@ impl Machine {
 
     /// One kernel by so many groups.
     pub fn run_groups(&mut self, kernel: Kernel, parts: &[Option<Part>], numbers: &Numbers, groups: u64) {
-        let rows = groups.div_ceil(ROW).max(1);
+        let rows = groups.div_ceil(self.bounds.row).max(1);
         let groups = [groups.div_ceil(rows) as u32, rows as u32];
         self.dispatch(kernel, parts, numbers, groups);
     }
@@ -315,7 +337,8 @@ impl Machine {
         numbers: Numbers,
         (rows, elements): (usize, usize),
     ) -> core::ops::Range<usize> {
-        let groups = elements.div_ceil(GROUP as usize * PIECE).clamp(1, PARTIAL);
+        let groups = elements.div_ceil(GROUP as usize * PIECE);
+        let groups = groups.clamp(1, self.bounds.partial);
         let begin = self.taken;
         self.taken += rows * groups;
         if self.taken > SUMS {

@@ -5,8 +5,6 @@ use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, Limits};
 /// Numbers to a multiple of which every field is padded, so that any of them may be bound alone.
 const ALIGNED: usize = 64;
 const BYTES: u64 = 4;
-/// Bytes of a buffer at most, whatever a device allows: a kernel's offsets stay below 2^31, where no driver takes one for negative.
-const MOST: u64 = 1 << 31;
 
 /// Some steps of a field, as kernels see them.
 #[derive(Clone, Debug)]
@@ -55,10 +53,10 @@ pub fn apart(cells: usize) -> usize {
     cells.next_multiple_of(ALIGNED)
 }
 
-/// Bytes of a step that a device binds at once at most.
+/// Bytes that a device binds at once at most, below 2^31 by wgpu itself.
 fn at_once(limits: &Limits) -> u64 {
     let allowed = limits.max_storage_buffer_binding_size;
-    allowed.min(limits.max_buffer_size).min(MOST)
+    allowed.min(limits.max_buffer_size)
 }
 
 impl Size {

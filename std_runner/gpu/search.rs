@@ -14,6 +14,8 @@ const PASSES: usize = 2;
 const CLEAN: f64 = 1e-5;
 /// What is not finite comes back as 1e30.
 const FINITE: f64 = 1e29;
+/// The largest number of a gradient whose squares can be summed in `f32`.
+const SUMMABLE: f64 = 1e15;
 
 impl State {
     /// w = v_k - v_{k-1} + Adv(v_k) + nu C^T C v_k, slot by slot.
@@ -197,7 +199,7 @@ impl State {
         for _ in 0..PASSES {
             self.project(machine, out, self.facts.projection_tolerance);
             let [divergence, largest] = self.relative_divergence(machine, into);
-            if !largest.is_finite() {
+            if !(largest < SUMMABLE) {
                 return Err(NotFinite);
             }
             if divergence <= CLEAN {

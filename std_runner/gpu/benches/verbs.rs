@@ -122,6 +122,13 @@ fn print(title: &str, times: &Times) {
     }
 }
 
+/// What an iteration says beside its objective: slope, norm of the gradient, step, evaluations.
+fn facts(progress: &Progress) -> String {
+    let facts = progress.report.iter();
+    let facts = facts.map(|(fact, values)| format!("{} {values:?}", fact.name));
+    facts.collect::<Vec<_>>().join(", ")
+}
+
 fn main() -> Result<(), Sentence> {
     let here = std::env::args().any(|word| word == "here");
     let given: Vec<usize> = std::env::args()
@@ -151,8 +158,10 @@ fn main() -> Result<(), Sentence> {
         first.name,
         plan.bytes()
     );
-    for (name, bytes) in device.gpu.plan(&room(&problem, plan.params())?)? {
-        println!("{bytes:>16}  {name}");
+    if !here {
+        for (name, bytes) in device.gpu.plan(&room(&problem, plan.params())?)? {
+            println!("{bytes:>16}  {name}");
+        }
     }
     let mut memory: Vec<u8> = Vec::with_capacity(plan.bytes() + Plan::ALIGN);
     let spare = memory.spare_capacity_mut();
@@ -169,13 +178,18 @@ fn main() -> Result<(), Sentence> {
     let begun = Instant::now();
     let exec: &dyn Exec = if here { &Serial } else { &beside };
     let first = solver.step(exec, &mut Silent);
-    println!("the first iteration: {:.3} s", begun.elapsed().as_secs_f64());
+    println!(
+        "the first iteration: {:.3} s, {}",
+        begun.elapsed().as_secs_f64(),
+        facts(&first)
+    );
     print("until then", &device.take());
     let begun = Instant::now();
     let mut objectives = vec![first.objective.total()];
     let (mut done, mut last) = (0, Progress::default());
     while done + 1 < iterations && last.status.is_none() {
         last = solver.step(exec, &mut Silent);
+        println!("  {}", facts(&last));
         objectives.push(last.objective.total());
         done += 1;
     }

@@ -16,7 +16,7 @@ use thurible_core::{
     Boundary, D2, D3, Exec, HistoryPrecision, Params, Plan, Problem, Scheme, Serial, Silent, Solver, Space,
     Status,
 };
-use thurible_gpu::{Gpu, adapters};
+use thurible_gpu::{Bounds, Gpu, adapters};
 
 /// The device of all tests, a card or the program that plays one, for one of them at a time.
 fn device() -> MutexGuard<'static, Gpu> {
@@ -133,18 +133,35 @@ fn a_nested_search() {
     agree::<D2>(&problem, &params);
 }
 
-/// More slots than lie in one buffer, where a device binds 128 MiB at once, and more than are counted or measured together.
+/// Fields in many buffers, dispatches of many rows and sums of few parts, as otherwise only the largest boxes have them.
 #[test]
-#[ignore = "seven minutes where a program plays the card"]
-fn a_search_in_several_buffers() {
-    let walls = [Boundary::Wall, Boundary::Wall];
-    let problem = Problem::new(&[128, 128], &walls, &[1100]);
+fn a_search_in_many_pieces() {
+    let walls = [Boundary::Wall; 3];
+    let problem = Problem::new(&[12, 12, 12], &walls, &[40]);
     let mut params = Params {
-        iterations: 3,
+        iterations: 8,
         ..Params::default()
     };
-    (params.direct.nested, params.direct.history) = (false, Some(1));
-    agree::<D2>(&problem, &params);
+    (params.direct.nested, params.direct.history) = (false, Some(2));
+    let bounds = Bounds {
+        buffer: 7 * 4 * 3 * 12 * 12 * 12,
+        row: 5,
+        partial: 2,
+    };
+    let device = device();
+    let pieces = adapters()[0].open_within(None, bounds).unwrap();
+    let [whole, pieces] = [&*device, &pieces].map(|device| {
+        let ended = search::<D3>(&Together::beside(&Serial, device), &problem, &params);
+        assert_eq!(device.failure(), None);
+        ended
+    });
+    assert_eq!(whole.status, pieces.status);
+    assert_eq!(whole.iterations, pieces.iterations);
+    for (whole, pieces) in whole.parts.iter().zip(pieces.parts) {
+        assert!((whole - pieces).abs() <= 1e-3 * whole, "{whole} and {pieces}");
+    }
+    let [here, there] = [&search::<D3>(&Serial, &problem, &params), &pieces].map(|ended| ended.first);
+    assert!((here - there).abs() <= 1e-5 * here, "{here} and {there}");
 }
 
 /// What was taken back from the device and saved goes on there with the same bits.
