@@ -11,7 +11,7 @@ pub type ThuribleTask = Option<unsafe extern "C" fn(argument: *mut c_void, index
 
 /// Runs `task(argument, i)` once for every `i < tasks`, on any threads and in any order, and returns when all are done. Neither
 /// `task` nor `argument` may be used afterwards. An index that is called twice is ignored the second time; one that is not called
-/// at all is run on the calling thread when this returns.
+/// at all is run on the calling thread when this returns. It must return: no exception of C++ and no `longjmp` may leave it.
 pub type ThuribleRun = Option<
     unsafe extern "C" fn(context: *mut c_void, tasks: usize, task: ThuribleTask, argument: *mut c_void),
 >;
@@ -217,7 +217,7 @@ impl From<Event> for ThuribleEvent {
     }
 }
 
-/// Hears of an event; anything but 0 stops the solve within one sweep.
+/// Hears of an event; anything but 0 stops the solve within one sweep. It must return: no exception of C++ and no `longjmp` may leave it.
 pub type ThuribleOn = Option<unsafe extern "C" fn(context: *mut c_void, event: *const ThuribleEvent) -> i32>;
 
 /// What the host watches and stops.

@@ -10,7 +10,8 @@ use thurible_core::operator::Simulator;
 use thurible_core::{Event, Observer, Real};
 
 /// Told of a step: before what is given for it is read, or after what is handed out was written. 0 goes on; `THURIBLE_NOTHING`, where something is
-/// to be given, says that there is nothing at this step; anything else stops.
+/// to be given, says that there is nothing at this step; anything else stops, and so does that one where a step was handed out. It must
+/// return: no exception of C++ and no `longjmp` may leave it.
 pub type ThuribleOnStep = Option<unsafe extern "C" fn(context: *mut c_void, step: usize) -> i32>;
 
 /// What a `ThuribleOnStep` returns where all of a step is 0.
@@ -36,7 +37,7 @@ pub struct ThuribleSteps {
 }
 
 /// The density, then the components.
-pub const PARTS: usize = 4;
+pub(crate) const PARTS: usize = 4;
 
 /// Numbers of each part of a state.
 pub fn lens<T: Real>(simulator: &impl Simulator<T>) -> [usize; PARTS] {
@@ -105,21 +106,10 @@ impl<'a> Steps<'a> {
         Ok(own)
     }
 
-    /// Tells the host of a step; whether there is something at it.
-    fn tell(&self, step: usize) -> bool {
-        if self.stopped.get() {
-            return false;
-        }
+    /// What the host answers to a step.
+    fn ask(&self, step: usize) -> i32 {
         // SAFETY: the host's function with its context.
-        let told = self.on.map_or(0, |on| unsafe { on(self.context, step) });
-        match told {
-            0 => true,
-            THURIBLE_NOTHING => false,
-            _ => {
-                self.stopped.set(true);
-                false
-            }
-        }
+        self.on.map_or(0, |on| unsafe { on(self.context, step) })
     }
 
     /// Whether the host has a part.
@@ -129,8 +119,13 @@ impl<'a> Steps<'a> {
 
     /// Asks the host for what there is at a step and hands on each part.
     pub fn give<T: Real>(&self, step: usize, mut take: impl FnMut(usize, &[T])) {
-        if !self.tell(step) {
+        if self.stopped.get() {
             return;
+        }
+        match self.ask(step) {
+            0 => {}
+            THURIBLE_NOTHING => return,
+            _ => return self.stopped.set(true),
         }
         for part in 0..PARTS {
             if let Some(values) = self.part(part, step) {
@@ -159,8 +154,10 @@ impl<'a> Steps<'a> {
                 }
             }
         }
-        // That it wants nothing more of a step is no reason to stop.
-        let _ = self.tell(step);
+        // Nothing is given here that there could be nothing of: whatever is not 0 stops.
+        if self.ask(step) != 0 {
+            self.stopped.set(true);
+        }
     }
 
     fn place(&self, part: usize, step: usize) -> Option<(*mut c_void, usize)> {

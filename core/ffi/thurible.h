@@ -36,9 +36,6 @@
 // What a `ThuribleOnStep` returns where all of a step is 0.
 #define THURIBLE_NOTHING 1
 
-// The density, then the components.
-#define PARTS 4
-
 // `slots` of a configuration where nothing is kept for a way back: the flow alone, without gradients.
 #define THURIBLE_NO_WAY_BACK (UINT32_MAX - 1)
 
@@ -584,7 +581,8 @@ typedef struct {
     size_t release;
     // Acceleration of the flow where the density is 1, along x, y and z, in lengths per squared time; z is ignored in 2D. None by default.
     double buoyancy[3];
-    // Weight r of the force.
+    // Weight r of the force, an acceleration, so that the same weight in other units is r' dt^4 / length^2: 1000 by default, whatever `dt` and `length` are, where scenes and
+    // Python take 1000 dt^4 / length^2.
     double force_weight;
     // Kinematic viscosity, in squared lengths per time; 0 for none.
     double viscosity;
@@ -619,7 +617,7 @@ typedef struct {
     uint32_t direct_nested;
     // Direct: stop when the objective falls by less than this times itself, twice in a row.
     double direct_tolerance;
-    // ADMM: penalty K, above 0, in the units of the scene.
+    // ADMM: penalty K, above 0, in the units of the scene: 1000 by default, where scenes and Python take 1000 dt^2 / length^2.
     double admm_penalty;
     // ADMM: relaxation beta of the multipliers.
     double admm_relaxation;
@@ -695,7 +693,7 @@ typedef void (*ThuribleTask)(void *argument, size_t index);
 
 // Runs `task(argument, i)` once for every `i < tasks`, on any threads and in any order, and returns when all are done. Neither
 // `task` nor `argument` may be used afterwards. An index that is called twice is ignored the second time; one that is not called
-// at all is run on the calling thread when this returns.
+// at all is run on the calling thread when this returns. It must return: no exception of C++ and no `longjmp` may leave it.
 typedef void (*ThuribleRun)(void *context, size_t tasks, ThuribleTask task, void *argument);
 
 // The host's threads. Results do not depend on them.
@@ -720,7 +718,7 @@ typedef struct {
     double step;
 } ThuribleEvent;
 
-// Hears of an event; anything but 0 stops the solve within one sweep.
+// Hears of an event; anything but 0 stops the solve within one sweep. It must return: no exception of C++ and no `longjmp` may leave it.
 typedef int32_t (*ThuribleOn)(void *context, const ThuribleEvent *event);
 
 // What the host watches and stops.
@@ -1045,7 +1043,8 @@ typedef struct {
 } ThuribleFluidsConfig;
 
 // Told of a step: before what is given for it is read, or after what is handed out was written. 0 goes on; `THURIBLE_NOTHING`, where something is
-// to be given, says that there is nothing at this step; anything else stops.
+// to be given, says that there is nothing at this step; anything else stops, and so does that one where a step was handed out. It must
+// return: no exception of C++ and no `longjmp` may leave it.
 typedef int32_t (*ThuribleOnStep)(void *context, size_t step);
 
 // Arrays of the host for every step: x fastest, in the scene's units. Each is either that of one step, which every step uses in its turn, or that
@@ -1348,7 +1347,7 @@ ThuribleResult thurible_save(Thurible *instance,
                              size_t size);
 
 // Goes on from what `thurible_save` wrote, of exactly `saved_bytes`, here or in another instance, process or machine, whose
-// configuration may differ in threads, ceiling and iterations alone: every later step gives the same bits. Damaged bytes and those of
+// configuration may differ in threads, ceiling and iterations alone, unless automatic pairs of L-BFGS become fewer under the ceiling: every later step gives the same bits. Damaged bytes and those of
 // another configuration are refused and change nothing.
 // Safety: `instance` as in `thurible_close`; `bytes` is null or points to `size` bytes.
 ThuribleResult thurible_restore(Thurible *instance,

@@ -94,7 +94,8 @@ pub struct ThuribleConfig {
     pub release: usize,
     /// Acceleration of the flow where the density is 1, along x, y and z, in lengths per squared time; z is ignored in 2D. None by default.
     pub buoyancy: [f64; 3],
-    /// Weight r of the force.
+    /// Weight r of the force, an acceleration, so that the same weight in other units is r' dt^4 / length^2: 1000 by default, whatever `dt` and `length` are, where scenes and
+    /// Python take 1000 dt^4 / length^2.
     pub force_weight: f64,
     /// Kinematic viscosity, in squared lengths per time; 0 for none.
     pub viscosity: f64,
@@ -129,7 +130,7 @@ pub struct ThuribleConfig {
     pub direct_nested: u32,
     /// Direct: stop when the objective falls by less than this times itself, twice in a row.
     pub direct_tolerance: f64,
-    /// ADMM: penalty K, above 0, in the units of the scene.
+    /// ADMM: penalty K, above 0, in the units of the scene: 1000 by default, where scenes and Python take 1000 dt^2 / length^2.
     pub admm_penalty: f64,
     /// ADMM: relaxation beta of the multipliers.
     pub admm_relaxation: f64,

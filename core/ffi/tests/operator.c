@@ -1,6 +1,9 @@
 /* A simulation and its adjoint through thurible.h, by both simulators, and the search by Stable Fluids, as C11 and as C++17. Ends with 0 when every check holds. */
 #include "check.h"
 
+/* The density, then the components. */
+enum { PARTS = 4 };
+
 static uint64_t state = 0x9E3779B97F4A7C15u;
 
 static double unit(void) { /* xorshift64*, Vigna 2016: from 0 to 1 */
