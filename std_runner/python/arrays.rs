@@ -88,9 +88,19 @@ fn readable<'py, V: Element>(
         let why = format!("has shape {found:?} where {shape:?} is needed; give an array of that shape");
         return Err(refused(field, why));
     }
-    array
+    laid(array)?
         .try_readonly()
         .map_err(|error| refused(field, format!("is being written to: {error}; let go of it first")))
+}
+
+/// The array itself, or a copy where numbers do not lie on multiples of their size, as in a field of a packed record: views of
+/// those would read beside them.
+fn laid<'py, V: Element>(array: &Bound<'py, PyArrayDyn<V>>) -> PyResult<Bound<'py, PyArrayDyn<V>>> {
+    let mut strides = array.strides().iter();
+    if array.is_aligned() && strides.all(|stride| stride.unsigned_abs().is_multiple_of(size_of::<V>())) {
+        return Ok(array.clone());
+    }
+    Ok(array.call_method0("copy")?.cast_into::<PyArrayDyn<V>>()?)
 }
 
 /// The values of a density in order. What transport has undershot becomes 0 in a copy, with a warning; what is plainly no density is

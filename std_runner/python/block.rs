@@ -2,6 +2,9 @@
 
 use core::mem::{MaybeUninit, size_of};
 use memmap2::{MmapMut, MmapRaw};
+use pyo3::exceptions::PyMemoryError;
+use pyo3::prelude::*;
+use thurible::bytes::{are_free, grouped};
 use thurible_core::Real;
 
 /// Bytes that stay where they are, from the start of a page on, until the block is dropped; the system has them back then, which an
@@ -15,6 +18,18 @@ impl Block {
     pub fn new(bytes: usize) -> Option<Self> {
         Some(Self {
             map: MmapMut::map_anon(bytes).ok()?.into(),
+        })
+    }
+
+    /// Room for the bytes of a plan of `what`, refused with a remedy where they are not free: the system grants more than there is, and
+    /// ends the program when it is written to.
+    pub fn planned(bytes: usize, what: &str, remedy: &str) -> PyResult<Self> {
+        let block = if are_free(bytes) { Self::new(bytes) } else { None };
+        block.ok_or_else(|| {
+            PyMemoryError::new_err(format!(
+                "{what} needs {} bytes, and the system has not so many free; close other programs, or {remedy}",
+                grouped(bytes)
+            ))
         })
     }
 

@@ -4,7 +4,7 @@ use crate::effects::{self, Given};
 use crate::templates;
 use crate::words::{automatic, flag, is_automatic, number, one_of, read, refused, unknown, whole, word};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyMapping};
 use thurible::owned::OwnedProblem;
 use thurible_core::choices::{Kind, Value};
 use thurible_core::words::{Alternatives, Named};
@@ -197,14 +197,15 @@ pub(crate) fn set_options(
     choices: &mut dyn thurible_core::choices::Choices,
     given: &Bound<'_, PyAny>,
 ) -> PyResult<()> {
-    let given = given.cast::<PyDict>().map_err(|_| {
+    let given = given.cast::<PyMapping>().map_err(|_| {
         refused(
             "options",
             "is no dict; give the options of the method by their names",
         )
     })?;
     let table = choices.table();
-    for (name, value) in given.iter() {
+    let pairs: Vec<(Bound<'_, PyAny>, Bound<'_, PyAny>)> = given.items()?.extract()?;
+    for (name, value) in pairs {
         let name: String = read("a name in options", &name, "a string")?;
         let known = table.iter().enumerate().find(|(_, choice)| choice.name == name);
         let Some((index, choice)) = known else {

@@ -240,8 +240,8 @@ impl Kept {
                 grouped(limit)
             )));
         }
-        let short = || PyMemoryError::new_err(format!("the system has not {} bytes", grouped(bytes)));
-        self.block = Block::new(bytes.max(1)).ok_or_else(short)?;
+        let remedy = "give a radius, or take a method without a basis";
+        self.block = Block::planned(bytes.max(1), "the body", remedy)?;
         let memory = self.block.bytes_mut();
         // SAFETY: as above.
         let memory: &'static mut [MaybeUninit<u8>] =

@@ -57,7 +57,14 @@ impl PyCondenser {
         let wanted = "an array of shape (vertices, axes)";
         let (rest, dims) = rows("rest", read("rest", &listed(rest)?, wanted)?)?;
         let wanted = "an array of shape (elements, axes + 1) of whole numbers";
-        let (elements, _) = rows("elements", read("elements", &listed(elements)?, wanted)?)?;
+        let (elements, corners) = rows("elements", read("elements", &listed(elements)?, wanted)?)?;
+        if (1..=3).contains(&dims) && corners != dims + 1 && !elements.is_empty() {
+            let why = format!(
+                "has {corners} columns; give {}: an element has one corner more than rest has axes",
+                dims + 1
+            );
+            return Err(refused("elements", why));
+        }
         let held: Vec<bool> = read("held", &listed(held)?, "an array of truth values")?;
         let vertices = held.len();
         let mut kept = Kept::new(rest, elements, core::mem::take(&mut choices.springs), held)?;

@@ -2,18 +2,24 @@
 
 use crate::words::{positive, read, refused, unknown, whole};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyIterator, PyList};
 use thurible_core::{Emitter, Supply};
 
-/// A list by step, as `keyframes`: a dict or pairs, put in ascending order.
+/// A list by step, as `keyframes`: a mapping or pairs, put in ascending order.
 pub fn by_step<'py>(
     name: &str,
     given: &Bound<'py, PyAny>,
     wanted: &str,
 ) -> PyResult<Vec<(usize, Bound<'py, PyAny>)>> {
-    let pairs = match given.cast::<PyDict>() {
-        Ok(dict) => dict.items().into_any(),
-        Err(_) => given.clone(),
+    let pairs = if given.hasattr("items")? {
+        given.call_method0("items")?
+    } else {
+        given.clone()
+    };
+    // Of anything that can be gone through, as a generator; what cannot is refused below.
+    let pairs = match pairs.try_iter() {
+        Ok(each) => PyList::new(given.py(), each.collect::<PyResult<Vec<_>>>()?)?.into_any(),
+        Err(_) => pairs,
     };
     let mut pairs: Vec<(usize, Bound<'py, PyAny>)> = read(name, &pairs, wanted)?;
     pairs.sort_by_key(|(step, _)| *step);
@@ -122,6 +128,19 @@ const KEYS: [&str; 6] = ["shape", "from", "to", "rate", "target", "velocity"];
 pub fn argument<'py>(given: Option<&Bound<'py, PyDict>>, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
     let found = given.map(|given| given.get_item(name)).transpose()?.flatten();
     Ok(found.filter(|found| !found.is_none()))
+}
+
+/// The same of one that is read more than once: an iterator, which can be gone through once, becomes a list in its place.
+pub fn kept<'py>(given: Option<&Bound<'py, PyDict>>, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
+    let Some((given, found)) = given.zip(argument(given, name)?) else {
+        return Ok(None);
+    };
+    if found.cast::<PyIterator>().is_err() {
+        return Ok(Some(found));
+    }
+    let list = PyList::new(given.py(), found.try_iter()?.collect::<PyResult<Vec<_>>>()?)?.into_any();
+    given.set_item(name, &list)?;
+    Ok(Some(list))
 }
 
 /// The emitters among the arguments `given`.

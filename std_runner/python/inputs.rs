@@ -5,7 +5,7 @@ use crate::effects::{Given, by_step};
 use crate::place::Number;
 use crate::plan::Precision;
 use crate::words::{read, refused};
-use numpy::{PyArrayDescrMethods, PyUntypedArrayMethods};
+use numpy::{PyArrayDescrMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use thurible_core::{InputError, Solver, Space};
 
@@ -29,6 +29,19 @@ pub struct Inputs<'py> {
     pub reference: Option<Bound<'py, PyAny>>,
 }
 
+/// The precision that the dtype of an array says.
+pub(crate) fn precision_of(field: &str, array: &Bound<'_, PyUntypedArray>) -> PyResult<Precision> {
+    let dtype = array.dtype();
+    if dtype.is_equiv_to(&numpy::dtype::<f32>(array.py())) {
+        Ok(Precision::Single)
+    } else if dtype.is_equiv_to(&numpy::dtype::<f64>(array.py())) {
+        Ok(Precision::Double)
+    } else {
+        let remedy = "its dtype is the precision of the solve: use .astype(numpy.float32) or numpy.float64";
+        Err(refused(field, format!("has dtype {dtype}; {remedy}")))
+    }
+}
+
 /// Shape and precision of the source, or of the first emitter where that is None.
 pub fn common(source: &Bound<'_, PyAny>, emitters: &[Given<'_>]) -> PyResult<Common> {
     let (field, array) = match (source.is_none(), emitters.first()) {
@@ -40,15 +53,7 @@ pub fn common(source: &Bound<'_, PyAny>, emitters: &[Given<'_>]) -> PyResult<Com
         }
     };
     let array = untyped(&field, &array)?;
-    let dtype = array.dtype();
-    let precision = if dtype.is_equiv_to(&numpy::dtype::<f32>(array.py())) {
-        Precision::Single
-    } else if dtype.is_equiv_to(&numpy::dtype::<f64>(array.py())) {
-        Precision::Double
-    } else {
-        let remedy = "its dtype is the precision of the solve: use .astype(numpy.float32) or numpy.float64";
-        return Err(refused(&field, format!("has dtype {dtype}; {remedy}")));
-    };
+    let precision = precision_of(&field, array)?;
     if !(2..=3).contains(&array.ndim()) {
         let why = format!(
             "has {} axes; give an array of shape (ny, nx) or (nz, ny, nx)",

@@ -9,10 +9,10 @@ use crate::words::{read, refused};
 use crate::worked::{Gradient, found, room, stopped};
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyDict, PyMapping, PyTuple};
 use std::borrow::Cow;
 use thurible_core::Boundary;
-use thurible_core::operator::{Given, Simulator, Start, View};
+use thurible_core::operator::{Given, OperatorError, Simulator, Start, View};
 
 /// What is known of an operator beside its memory.
 pub struct About {
@@ -30,6 +30,8 @@ pub struct About {
     pub forces: Vec<Py<PyAny>>,
     /// Simulations that were begun.
     pub runs: usize,
+    /// Whether the last of them came to its end: one that did not has left a start that does not belong to `forces`.
+    pub simulated: bool,
     /// Whether each emitter pushes.
     pub pushes: Vec<bool>,
     /// Threads.
@@ -136,6 +138,7 @@ impl About {
             .collect::<PyResult<Vec<_>>>()?;
         let threads = self.threads;
         self.runs += 1;
+        self.simulated = false;
         let start = Start {
             density: &density,
             velocity: core::array::from_fn(|axis| velocity.get(axis).map_or(&[][..], |v| v)),
@@ -154,6 +157,7 @@ impl About {
         })?
         .map_err(stopped)?;
         self.forces = kept;
+        self.simulated = true;
         let with_steps = |shape: Vec<usize>| [vec![shown.len()], shape].concat();
         let rho = PyArray1::from_vec(py, rho).reshape(with_steps(self.shape.clone()))?;
         let v: PyResult<Vec<_>> = v
@@ -174,11 +178,12 @@ impl About {
         let Some(given) = given.filter(|given| !given.is_none()) else {
             return Ok(Covectors::None);
         };
-        let Ok(by_step) = given.cast::<PyDict>() else {
+        let Ok(by_step) = given.cast::<PyMapping>() else {
             return Ok(Covectors::Whole(fields(name, given, Some(self.steps + 1))?));
         };
         let mut steps = Vec::new();
-        for (step, value) in by_step {
+        let pairs: Vec<(Bound<'py, PyAny>, Bound<'py, PyAny>)> = by_step.items()?.extract()?;
+        for (step, value) in pairs {
             let step: usize = read(&format!("a step of {name}"), &step, "a whole number from 0")?;
             if step > self.steps {
                 let why = format!("is beyond the last one, {}; take it out", self.steps);
@@ -197,6 +202,9 @@ impl About {
         density: Option<&Bound<'py, PyAny>>,
         velocity: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Gradient> {
+        if !self.simulated {
+            return Err(stopped(OperatorError::NotSimulated));
+        }
         let (steps, dims) = (self.steps, self.shape.len());
         let of_density = self.covectors::<T>("density", density, |name, given, steps| {
             Ok(vec![array::<T>(

@@ -11,7 +11,6 @@ use crate::simulating::{Any, Chosen, Planned, STEERS, each};
 use crate::words::{read, refused};
 use crate::worked::Gradient;
 use core::mem::MaybeUninit;
-use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use thurible::bytes::grouped;
@@ -73,13 +72,8 @@ impl PyOperator {
         let (choices, [dtype]) = Choices::read(&shape, Vec::new(), &emitters, Some(&given), ["dtype"])?;
         let precision = dtype.map_or(Ok(Precision::Double), |dtype| precision(&dtype))?;
         let plan = Planned::new(&choices, chosen, precision)?;
-        let short = || {
-            PyMemoryError::new_err(format!(
-                "the system has not the {} bytes that the operator needs",
-                grouped(plan.bytes)
-            ))
-        };
-        let mut block = Block::new(plan.bytes).ok_or_else(short)?;
+        let remedy = "give a smaller memory_limit, fewer slots, or fewer cells";
+        let mut block = Block::planned(plan.bytes, "the operator", remedy)?;
         let memory = block.bytes_mut();
         // SAFETY: the bytes stay where they are until the block is dropped, which is after the operator, the only one to use them.
         let memory: &'static mut [MaybeUninit<u8>] =
@@ -96,6 +90,7 @@ impl PyOperator {
                 precision,
                 forces: Vec::new(),
                 runs: 0,
+                simulated: false,
                 pushes: scene
                     .emitters
                     .iter()

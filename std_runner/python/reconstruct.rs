@@ -67,14 +67,14 @@ impl<'py> Job<'py> {
         problem.check().map_err(wrong)?;
         let needed = Reconstruction::<T, D>::bytes(&problem).unwrap_or(usize::MAX);
         let limit = self.memory_limit.or_else(bytes::of_machine).unwrap_or(usize::MAX);
-        let short = || {
-            PyMemoryError::new_err(format!(
+        if needed > limit {
+            return Err(PyMemoryError::new_err(format!(
                 "the reconstruction needs {} bytes, and memory_limit or the machine allows {}; give fewer cells",
                 grouped(needed),
                 grouped(limit)
-            ))
-        };
-        let mut block = Block::new(needed).filter(|_| needed <= limit).ok_or_else(short)?;
+            )));
+        }
+        let mut block = Block::planned(needed, "the reconstruction", "give fewer cells")?;
         let mut one = Reconstruction::<T, D>::new(problem, block.bytes_mut()).map_err(wrong)?;
         let py = self.pictures[0].py();
         let history = PyList::empty(py);

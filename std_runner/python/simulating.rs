@@ -6,7 +6,7 @@ use crate::words::{automatic, number, one_of, refused};
 use core::mem::MaybeUninit;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::PyMapping;
 use thurible_core::operator::Simulator;
 use thurible_core::stable_fluids::{Controls, NAME, Slots};
 use thurible_core::{
@@ -87,7 +87,7 @@ impl Chosen {
             if let Some(options) = options {
                 for name in OF_SEARCH {
                     if options
-                        .cast::<PyDict>()
+                        .cast::<PyMapping>()
                         .is_ok_and(|given| given.contains(name).unwrap_or(false))
                     {
                         return Err(refused(&format!("options[\"{name}\"]"), STEERS));

@@ -39,7 +39,7 @@ pub fn solve<'py>(
     let common = inputs::common(source, &emitters)?;
     let keyframes = inputs::keyframes(keyframes)?;
     let steps: Vec<usize> = keyframes.iter().map(|(step, _)| *step).collect();
-    let regions = effects::argument(choices, "regions")?;
+    let regions = effects::kept(choices, "regions")?;
     let solids = effects::argument(choices, "solids")?;
     let mask = effects::argument(choices, "mask")?;
     let [of_states, of_often, of_resume] = keep::ARGUMENTS;
@@ -124,7 +124,8 @@ impl Job<'_> {
             ));
         }
         let planned_bytes = plan.bytes();
-        let mut block = Block::new(planned_bytes).ok_or_else(|| no_memory(planned_bytes))?;
+        let remedy = "give a smaller memory_limit, or fewer cells or steps";
+        let mut block = Block::planned(planned_bytes, "the solve", remedy)?;
         let start = block.address();
         let mut solver = Solver::<T, S>::new(&choices.scene.problem(), &params, block.bytes_mut())
             .map_err(solver_refused)?;

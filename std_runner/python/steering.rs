@@ -14,10 +14,9 @@ use crate::templates::{self, FoundTemplate};
 use crate::watch::{self, Ended};
 use crate::words::{automatic, one_of, read, refused};
 use numpy::{PyArray1, PyArrayMethods};
-use pyo3::exceptions::{PyFloatingPointError, PyMemoryError, PyRuntimeError};
+use pyo3::exceptions::{PyFloatingPointError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
-use thurible::bytes::grouped;
 use thurible_core::stable_fluids::{Control, Controls, Slots};
 use thurible_core::{D2, D3, Fluids, FluidsParams, FluidsPlan, Named, Space, Status};
 
@@ -143,8 +142,8 @@ impl Job<'_> {
     fn run<T: Number, S: Space + Send>(self, py: Python<'_>) -> PyResult<Found> {
         let (params, plan) = self.plan::<T, S>()?;
         let problem = self.choices.scene.problem();
-        let short = || PyMemoryError::new_err(format!("the system has not {} bytes", grouped(plan.bytes())));
-        let mut block = Block::new(plan.bytes()).ok_or_else(short)?;
+        let remedy = "give a smaller memory_limit, fewer slots, or fewer cells";
+        let mut block = Block::planned(plan.bytes(), "the search", remedy)?;
         let mut fluids = Fluids::<T, S>::new(&problem, &params, block.bytes_mut())
             .map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
         let mass_factors = self.fill(&mut fluids)?;

@@ -1,13 +1,14 @@
 //! `tomography`: density from what cameras see of it, on NumPy's arrays.
 
 use crate::arrays::untyped;
+use crate::inputs::precision_of;
 use crate::plan::Precision;
 use crate::reconstruct::Job;
 use crate::reconstructed::Tomography;
 use crate::words::{flag, is_automatic, number, read, refused, unknown, word};
-use numpy::{PyArrayDescrMethods, PyUntypedArrayMethods};
+use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::PyMapping;
 use thurible_core::tomography::Settings;
 
 /// Finds the density of smoke in `cells` = (nx, ny) or (nx, ny, nz) from one picture of each camera, or from as many frames of each.
@@ -50,18 +51,19 @@ pub fn tomography<'py>(
     };
     let mut automatic = true;
     let options = options.filter(|options| !options.is_none());
-    let options: Option<Bound<'py, PyDict>> = options
+    let options: Option<Bound<'py, PyMapping>> = options
         .map(|options| read("options", &options, "a dict"))
         .transpose()?;
-    let given = options.iter().flat_map(|options| options.iter());
-    let given = given.map(|(name, value)| Ok::<_, PyErr>((name.extract::<String>()?, value)));
+    let given: Vec<(String, Bound<'py, PyAny>)> = match options {
+        Some(options) => options.items()?.extract()?,
+        None => Vec::new(),
+    };
     let own = [("method", method), ("prior", prior), ("gamma", gamma)];
     let own = own
         .into_iter()
-        .filter_map(|(name, value)| Some(Ok((name.to_owned(), value?))));
+        .filter_map(|(name, value)| Some((name.to_owned(), value?)));
     let mut volume = None;
-    for entry in given.chain(own) {
-        let (name, value): (String, _) = entry?;
+    for (name, value) in given.into_iter().chain(own) {
         match name.as_str() {
             "gamma" if is_automatic(&value) => automatic = true,
             "gamma" => (settings.gamma, automatic) = (number("gamma", &value)?, false),
@@ -78,7 +80,7 @@ pub fn tomography<'py>(
         );
         return Err(refused("pictures[0]", why));
     }
-    let single = found.dtype().is_equiv_to(&numpy::dtype::<f32>(first.py()));
+    let precision = precision_of("pictures[0]", found)?;
     let job = Job {
         frames: (axes == cells.len()).then(|| shape[0]),
         pictures,
@@ -89,11 +91,11 @@ pub fn tomography<'py>(
         automatic,
         memory_limit,
     };
-    match (job.cells.len(), single) {
-        (2, true) => job.run::<f32, 2>(Precision::Single),
-        (2, false) => job.run::<f64, 2>(Precision::Double),
-        (_, true) => job.run::<f32, 3>(Precision::Single),
-        (_, false) => job.run::<f64, 3>(Precision::Double),
+    match (job.cells.len(), precision) {
+        (2, Precision::Single) => job.run::<f32, 2>(precision),
+        (2, Precision::Double) => job.run::<f64, 2>(precision),
+        (_, Precision::Single) => job.run::<f32, 3>(precision),
+        (_, Precision::Double) => job.run::<f64, 3>(precision),
     }
 }
 

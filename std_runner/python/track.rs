@@ -2,11 +2,12 @@
 
 use crate::arrays::untyped;
 use crate::choices;
+use crate::inputs::precision_of;
 use crate::plan::Precision;
 use crate::tracked::Track;
 use crate::tracking::Job;
 use crate::words::{refused, word};
-use numpy::{PyArrayDescrMethods, PyUntypedArrayMethods};
+use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 use thurible_core::flow::Minimiser;
 use thurible_core::{Boundary, D2, D3, TrackParams};
@@ -31,7 +32,6 @@ pub fn track<'py>(
     threads: Option<usize>,
     memory_limit: Option<usize>,
 ) -> PyResult<Track> {
-    let py = frames.py();
     let found = untyped("frames", frames)?;
     let (shape, dims) = (found.shape().to_vec(), found.ndim().saturating_sub(1));
     if !(2..=3).contains(&dims) {
@@ -47,6 +47,7 @@ pub fn track<'py>(
             "holds a single one; a flow needs two frames at least",
         ));
     }
+    let precision = precision_of("frames", found)?;
     let minimiser = method.map_or(Ok(Minimiser::default()), |method| word("method", &method))?;
     let mut params = TrackParams::of(minimiser);
     if let Some(options) = options.filter(|options| !options.is_none()) {
@@ -68,11 +69,10 @@ pub fn track<'py>(
         threads,
         memory_limit,
     };
-    let single = found.dtype().is_equiv_to(&numpy::dtype::<f32>(py));
-    match (dims, single) {
-        (2, true) => job.run::<f32, D2>(frames, Precision::Single),
-        (2, false) => job.run::<f64, D2>(frames, Precision::Double),
-        (_, true) => job.run::<f32, D3>(frames, Precision::Single),
-        (_, false) => job.run::<f64, D3>(frames, Precision::Double),
+    match (dims, precision) {
+        (2, Precision::Single) => job.run::<f32, D2>(frames, precision),
+        (2, Precision::Double) => job.run::<f64, D2>(frames, precision),
+        (_, Precision::Single) => job.run::<f32, D3>(frames, precision),
+        (_, Precision::Double) => job.run::<f64, D3>(frames, precision),
     }
 }

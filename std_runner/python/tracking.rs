@@ -88,13 +88,8 @@ impl<'py> Job<'py> {
         let made = self.made::<T>(precision)?;
         let made = made.as_ref().map(numbers).transpose()?;
         let plan = self.plan::<T, S>(&capture)?;
-        let short = || {
-            PyMemoryError::new_err(format!(
-                "the system has not the {} bytes that tracking needs",
-                grouped(plan.bytes())
-            ))
-        };
-        let mut block = Block::new(plan.bytes()).ok_or_else(short)?;
+        let remedy = "give a smaller memory_limit, or frames of fewer cells";
+        let mut block = Block::planned(plan.bytes(), "tracking", remedy)?;
         let mut tracker = Tracker::<T, S>::new(&capture, &self.params, block.bytes_mut())
             .map_err(|error| refused("frames", error))?;
         self.begin(&mut tracker, precision)?;

@@ -8,6 +8,7 @@ import sys
 import tempfile
 import threading
 import time
+import types
 import unittest
 
 import numpy as np
@@ -150,6 +151,41 @@ class Gradients(unittest.TestCase):
             between()
             for found, right in zip(first.vjp(flat(one), covectors), expected):
                 np.testing.assert_array_equal(found, right)
+
+    def test_a_simulation_that_fails_leaves_nothing_to_take_back(self):
+        for solver in ("implicit", "stable_fluids"):
+            operator = thurible_smoke.Operator((8, 9), 4, solver=solver)
+            density, velocity, forces = draw(operator, 1)
+            operator.simulate(density, velocity, forces)
+            expected = operator.vjp({4: density}).density
+            with self.assertRaises((ValueError, FloatingPointError)):
+                operator.simulate(2 * density, velocity, [np.full_like(force, np.nan) for force in forces])
+            with self.assertRaisesRegex(RuntimeError, "call simulate before vjp"):
+                operator.vjp({4: density})
+            operator.simulate(density, velocity, forces)
+            np.testing.assert_array_equal(operator.vjp({4: density}).density, expected)
+
+    def test_forces_beside_the_bounds_of_numbers(self):
+        operator = thurible_smoke.Operator((8, 9), 4)
+        density, velocity, forces = draw(operator, 1)
+        packed = []
+        for force in forces:
+            record = np.zeros(force.shape, np.dtype([("flag", "u1"), ("force", "f8")]))
+            record["force"] = force
+            packed.append(record["force"])
+        found = []
+        for given in (forces, packed):
+            flow = operator.simulate(density, velocity, given)
+            found.append([flow[0], *flow[1], *operator.vjp({4: density}).forces])
+        for mine, theirs in zip(*found):
+            np.testing.assert_array_equal(mine, theirs)
+
+    def test_any_mapping_of_covectors(self):
+        operator = thurible_smoke.Operator((8, 9), 4)
+        density, velocity, forces = draw(operator, 1)
+        operator.simulate(density, velocity, forces)
+        expected = operator.vjp({4: density}).density
+        np.testing.assert_array_equal(operator.vjp(types.MappingProxyType({4: density})).density, expected)
 
     def test_a_signal_stops_it(self):
         # A shell's background ignores the signal, and so would Python.
@@ -351,6 +387,8 @@ class Condense(unittest.TestCase):
             ("shift has another shape", lambda: body.step(np.zeros((3, 2)))),
             ("gravity has 3 numbers", lambda: body.step(gravity=[0.0, 0.0, 1.0])),
             ("cannot be used", lambda: body.set_velocity(np.zeros((25, 2)))),
+            ("elements has 2 columns; give 3", lambda: thurible_smoke.Condenser(np.eye(3)[:, :2], [[0, 1], [1, 2], [2, 0]], [True, False, False])),
+            ("elements has 3 columns; give 4", lambda: thurible_smoke.Condenser(np.eye(3), [[0, 1, 2]], [True, False, False])),
             ("hold", lambda: thurible_smoke.Condenser(np.eye(3)[:, :2], [[2, 0, 1]], [False] * 3)),
         ]:
             with self.assertRaisesRegex(ValueError, words):
@@ -448,6 +486,31 @@ class Torch(unittest.TestCase):
             expected = slope(lambda t: float(loss(*moved(t))))
         by = along([leaf.grad.numpy() for leaf in leaves], [direction[0], *direction[1], *direction[2]])
         self.assertAlmostEqual(by, expected, delta=2e-5 * abs(expected))
+
+    def test_what_asks_for_no_gradient_gets_none(self):
+        import torch
+        import thurible_smoke.torch
+
+        operator = thurible_smoke.Operator((7, 8), 1, boundary="periodic")
+        simulate = thurible_smoke.torch.simulation(operator)
+        density, velocity, forces = draw(operator, 5)
+        density = torch.from_numpy(density)
+        velocity, forces = (tuple(map(torch.from_numpy, fields)) for fields in (velocity, forces))
+        forces[1].requires_grad_()
+        (simulate(density, velocity, forces)[1][1][-1] ** 2).sum().backward()
+        self.assertGreater(forces[1].grad.abs().max().item(), 0.0)
+        self.assertTrue(all(value.grad is None for value in (density, *velocity, forces[0])))
+
+    def test_a_second_derivative_is_refused(self):
+        import torch
+        import thurible_smoke.torch
+
+        operator = thurible_smoke.Operator((7, 8), 1, boundary="periodic")
+        density = torch.from_numpy(draw(operator, 5)[0]).requires_grad_()
+        loss = (thurible_smoke.torch.simulation(operator)(density)[0][-1] ** 2).sum()
+        (gradient,) = torch.autograd.grad(loss, density, create_graph=True)
+        with self.assertRaisesRegex(RuntimeError, "once_differentiable"):
+            gradient.sum().backward()
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ import subprocess
 import tempfile
 import threading
 import time
+import types
 import unittest
 import weakref
 
@@ -187,6 +188,17 @@ class Results(unittest.TestCase):
         plain = thurible_smoke.solve(source, {8: target}, iterations=3)
         turned = thurible_smoke.solve(np.asfortranarray(source), {8: np.asfortranarray(target)}, iterations=3)
         self.assertEqual(plain.density.tobytes(), turned.density.tobytes())
+
+    def test_numbers_beside_the_bounds_of_their_size(self):
+        """A field of a packed record, and bytes that begin anywhere."""
+        source, target = self.moved()[0], self.moved()[1][0][1]
+        record = np.zeros(source.shape, np.dtype([("flag", "u1"), ("density", source.dtype)]))
+        record["density"] = source
+        shifted = np.frombuffer(b"x" + target.tobytes(), target.dtype, offset=1).reshape(target.shape)
+        self.assertFalse(shifted.flags.aligned)
+        plain = thurible_smoke.solve(source, {8: target}, iterations=3)
+        found = thurible_smoke.solve(record["density"], {8: shifted}, iterations=3)
+        self.assertEqual(plain.density.tobytes(), found.density.tobytes())
 
     @unittest.skipUnless("THURIBLE_PROGRAM" in os.environ, "THURIBLE_PROGRAM is not set")
     def test_same_bits_as_the_program(self):
@@ -423,6 +435,12 @@ class Effects(unittest.TestCase):
         self.assertLess(solve(weights={4: 20.0}).keyframe_errors[0], plain.keyframe_errors[0])
         self.assertLess(solve(schedule={0: 0.05}).keyframe_errors[0], plain.keyframe_errors[0])
         self.assertGreater(solve(regions={4: np.full(self.shape, 0.1)}).keyframe_errors[0], plain.keyframe_errors[0])
+        # Any mapping, and any pairs that can be gone through once.
+        region = np.full(self.shape, 0.1)
+        given = {"weights": {4: 2.0}, "schedule": {0: 0.5}, "regions": {4: region}}
+        expected = solve(**given).density.tobytes()
+        for other in (types.MappingProxyType, lambda pairs: iter(pairs.items()), lambda pairs: (pair for pair in pairs.items())):
+            self.assertEqual(solve(**{name: other(pairs) for name, pairs in given.items()}).density.tobytes(), expected)
         everywhere = solve(regions={4: np.ones(self.shape)})
         np.testing.assert_allclose(everywhere.objective, plain.objective, rtol=1e-6)
 
@@ -825,6 +843,8 @@ class Track(unittest.TestCase):
             (ValueError, "frame 2 has no smoke anywhere, and the frame before has some; give frames\\[:2\\]", {"frames": np.where(np.arange(4)[:, None, None] == 2, 0, frames)}),
             (ValueError, "value 5 is not finite", {"frames": np.where(np.arange(frames.size).reshape(frames.shape) == 5, np.nan, frames)}),
             (ValueError, "has 2 axes", {"frames": frames[0]}),
+            (ValueError, "frames has dtype uint8; .*astype", {"frames": np.uint8(255 * frames)}),
+            (ValueError, "frames has dtype float16; .*astype", {"frames": frames.astype(np.float16)}),
             (ValueError, "must be .direct. or", {"method": "magic"}),
             (TypeError, "there is no option of this method gravity", {"options": {"gravity": 1}}),
             (MemoryError, "memory_limit", {"memory_limit": 1000}),
@@ -906,6 +926,8 @@ class Tomography(unittest.TestCase):
         for error, words, given in [
             (ValueError, "pictures has 1 entries, and there are 2 cameras", {"pictures": pictures[:1]}),
             (ValueError, "cells is", {"cells": [4]}),
+            (ValueError, r"pictures\[0\] has dtype uint8; .*astype", {"pictures": [np.uint8(picture) for picture in pictures]}),
+            (ValueError, r"pictures\[1\] has dtype float32 where pictures\[0\] has float64", {"pictures": [pictures[0], pictures[1].astype(np.float32)]}),
             (ValueError, "has a pixel .7. that is not finite", {"pictures": [pictures[0], np.where(np.arange(self.width) == 7, np.nan, pictures[1])]}),
             (ValueError, "sees nothing of the box", {"cameras": [cameras[0], {**cameras[1], "at": [1000.0]}]}),
             (ValueError, "is missing", {"cameras": [cameras[0], {"kind": "orthographic"}]}),

@@ -16,13 +16,16 @@ class Last:
         self.operator = operator
         self._lock = _locks.setdefault(operator, threading.Lock())
         self._inputs, self._runs = None, None
+        # Once, and alone: an operator that another thread runs says nothing.
+        with self._lock:
+            self.dtype, self.shape, self.faces, self.steps = operator.dtype, operator.shape, operator.faces, operator.steps
 
     def arrays(self, values):
         """Arrays in order, of the operator's precision; copies, since a caller's may be gone when the way back reads them."""
-        return tuple(np.array(value, dtype=self.operator.dtype, order="C") for value in values)
+        return tuple(np.array(value, dtype=self.dtype, order="C") for value in values)
 
     def _run(self, inputs):
-        dims = len(self.operator.shape)
+        dims = len(self.shape)
         self._inputs = None
         found = self.operator.simulate(inputs[0], inputs[1 : 1 + dims], inputs[1 + dims :])
         self._inputs, self._runs = inputs, self.operator.runs

@@ -25,13 +25,13 @@ def simulation(operator):
     Velocity and forces are tuples by axis, as `Operator.simulate` takes them; None is 0. Operators of float64 need jax's 64 bits:
     jax.config.update("jax_enable_x64", True).
     """
-    dtype = np.dtype(operator.dtype)
+    last = Last(operator)
+    dtype, steps, dims = np.dtype(last.dtype), last.steps, len(last.shape)
     if jnp.zeros((), dtype).dtype != dtype:
         raise ValueError('the operator has float64, which jax turns into float32; set jax_enable_x64, or make it with dtype="float32"')
-    last, steps, dims = Last(operator), operator.steps, len(operator.shape)
     like = lambda shape: jax.ShapeDtypeStruct(tuple(shape), dtype)
-    inputs = (like(operator.shape), *map(like, operator.faces), *(like((steps, *faces)) for faces in operator.faces))
-    outputs = (like((steps + 1, *operator.shape)), *(like((steps + 1, *faces)) for faces in operator.faces))
+    inputs = (like(last.shape), *map(like, last.faces), *(like((steps, *faces)) for faces in last.faces))
+    outputs = (like((steps + 1, *last.shape)), *(like((steps + 1, *faces)) for faces in last.faces))
 
     def forward(*values):
         return jax.pure_callback(lambda *values: last.simulate(values), outputs, *values, vmap_method="sequential")

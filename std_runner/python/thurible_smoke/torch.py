@@ -11,6 +11,7 @@ It runs on the CPU; tensors of other devices are taken there and back.
 from __future__ import annotations
 
 import torch
+from torch.autograd.function import once_differentiable
 
 from ._last import Last
 
@@ -26,11 +27,13 @@ class _Simulation(torch.autograd.Function):
         return tuple(torch.from_numpy(array).to(values[0].device) for array in found)
 
     @staticmethod
+    @once_differentiable
     def backward(ctx, *covectors):
-        values = [value.detach().cpu().numpy() for value in ctx.saved_tensors]
+        given, wanted = ctx.saved_tensors, ctx.needs_input_grad[1:]
+        values = [value.detach().cpu().numpy() for value in given]
         found = ctx.last.vjp(values, [covector.detach().cpu().numpy() for covector in covectors])
-        device = ctx.saved_tensors[0].device
-        return (None, *(torch.from_numpy(array).to(device) for array in found))
+        each = zip(found, given, wanted, strict=True)
+        return (None, *(torch.from_numpy(array).to(value.device) if asked else None for array, value, asked in each))
 
 
 def simulation(operator):
@@ -38,9 +41,9 @@ def simulation(operator):
 
     Velocity and forces are tuples by axis, as `Operator.simulate` takes them; None is 0. Tensors of another precision are converted.
     """
-    last, steps, dims = Last(operator), operator.steps, len(operator.shape)
-    dtype = {"float32": torch.float32, "float64": torch.float64}[operator.dtype]
-    shapes = [tuple(operator.shape), *operator.faces, *((steps, *faces) for faces in operator.faces)]
+    last = Last(operator)
+    dims, dtype = len(last.shape), {"float32": torch.float32, "float64": torch.float64}[last.dtype]
+    shapes = [last.shape, *last.faces, *((last.steps, *faces) for faces in last.faces)]
 
     def simulate(density, velocity=None, forces=None):
         given = [density, *(velocity or [None] * dims), *(forces or [None] * dims)]
