@@ -1,7 +1,7 @@
 //! `thurible plan SCENE`: the memory of a solve to the byte, and what other sizes and precisions would take.
 
 use super::options::{OnDevice, SceneArguments, Sharing};
-use crate::bytes::grouped;
+use crate::bytes::{grouped, rounded};
 use crate::console::print;
 use crate::devices::{self, Searching};
 use crate::exit::{DONE, Failure};
@@ -10,7 +10,7 @@ use crate::ledger::{line, print_ledger};
 use crate::plan::{self, PlanOptions, Planned, block_bytes, plan_fields, scaled, size_in_words};
 use crate::problem::{OwnedProblem, Precision};
 use crate::progress::{Display, Mode};
-use crate::run::unshared;
+use crate::run::{drawing_bytes, unshared};
 use crate::scene::Scene;
 use crate::windows::Windows;
 use clap::Args;
@@ -157,6 +157,10 @@ fn plan_ranks(scene: &Scene, options: &PlanOptions, ranks: usize, mode: Mode) ->
                 );
             }
             row("all", [""; 2], &grouped(all));
+            print(&format!(
+                "beside its block rank 0 takes {} while shapes are drawn",
+                rounded(drawing_bytes(&scene.grid.cells))
+            ));
         }
         Mode::Json => {
             let each = plans.iter().enumerate().map(|(rank, ([rows, planes], planned))| {
@@ -167,7 +171,9 @@ fn plan_ranks(scene: &Scene, options: &PlanOptions, ranks: usize, mode: Mode) ->
                 }
                 fields
             });
-            let fields = json!({ "ranks": each.collect::<Vec<_>>(), "block_bytes": all });
+            let drawing = drawing_bytes(&scene.grid.cells);
+            let fields =
+                json!({ "ranks": each.collect::<Vec<_>>(), "block_bytes": all, "drawing_bytes": drawing });
             Display::new(Mode::Json, 0).event("plan", fields);
         }
         Mode::Quiet => {}

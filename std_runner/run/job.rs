@@ -29,6 +29,11 @@ const BESIDE: usize = 256 << 10;
 /// Fields in double precision that exist while a shape is drawn.
 const FIELDS: usize = 2;
 
+/// Bytes beside the block while a shape is drawn in a box of these cells, which one program does, or the first of the ranks.
+pub(crate) fn drawing_bytes(cells: &[usize]) -> usize {
+    FIELDS * size_of::<f64>() * cells.iter().product::<usize>()
+}
+
 /// Bytes of the densities of all steps.
 fn densities_bytes(planned: &Planned) -> usize {
     let number = match planned.precision {
@@ -124,9 +129,13 @@ impl Job {
     pub fn new(options: RunOptions, request: Request, planned: Planned) -> Result<(Self, Region), Failure> {
         let bytes = planned.plan.bytes();
         // A rank that follows draws nothing.
-        let fields = if options.follows() { 0 } else { FIELDS };
+        let drawing = if options.follows() {
+            0
+        } else {
+            drawing_bytes(&planned.problem.cells)
+        };
         let beside = BESIDE
-            + fields * size_of::<f64>() * planned.problem.cells.iter().product::<usize>()
+            + drawing
             + history_bytes(planned.most_iterations())
             + request.settled.map_or(0, |_| densities_bytes(&planned));
         // A region is of addresses alone: asked for is what will be written to.

@@ -23,6 +23,7 @@ mod whole;
 mod windows;
 
 pub(crate) use earlier::Origin;
+pub(crate) use job::drawing_bytes;
 pub(crate) use outcome::{Outcome, command_line};
 pub(crate) use request::{Outputs, Request, RunOptions};
 pub(crate) use shared::{share_of, unshared};
