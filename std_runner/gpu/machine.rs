@@ -79,9 +79,7 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 impl Machine {
     /// Opens an adapter.
     pub fn open(adapter: &Adapter, bounds: Bounds) -> Result<Self, String> {
-        let mut limits = adapter.limits();
-        let bound = &mut limits.max_storage_buffer_binding_size;
-        *bound = (*bound).min(bounds.buffer);
+        let limits = adapter.limits();
         if !adapter.features().contains(Features::IMMEDIATES)
             || (limits.max_immediate_size as usize) < NUMBERS
         {
@@ -115,9 +113,15 @@ impl Machine {
             usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
+        let (sums, nothing) = (of("sums", SUMS), of("nothing", 64));
+        // What a search takes is planned within the bounds.
+        let limits = Limits {
+            max_storage_buffer_binding_size: limits.max_storage_buffer_binding_size.min(bounds.buffer),
+            ..limits
+        };
         let machine = Self {
-            sums: of("sums", SUMS),
-            nothing: of("nothing", 64),
+            sums,
+            nothing,
             solids: None,
             device,
             queue,
