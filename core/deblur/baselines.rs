@@ -25,7 +25,8 @@ pub(super) fn iterate<T: Real>(method: Restorer, work: Work<'_, '_, T>, first: b
     }
 }
 
-/// p *= f^T (q / (f * p)), the border replicated from the image's edge before and the quotient after (Richardson 1972, Lucy 1974).
+/// p *= f^T (q / (f * p)) / f^T 1, the border replicated from the image's edge before and the quotient after (Richardson 1972, Lucy 1974).
+/// One kernel sums to 1, so that f^T 1 is 1; those of different pixels meet in a sum that is not, and would leave bands.
 fn richardson_lucy<T: Real>(work: Work<'_, '_, T>) {
     let frame = work.blur.frame;
     let (wide, side) = (frame.wide(), 2 * frame.border + 1);
@@ -42,7 +43,7 @@ fn richardson_lucy<T: Real>(work: Work<'_, '_, T>) {
         }
         for pixel in 0..frame.pixels() {
             let (x, y) = (pixel % frame.width, pixel / frame.width);
-            let mut sum = 0.0;
+            let (mut sum, mut light) = (0.0, 0.0);
             for number in 0..side * side {
                 // Kernel number k reaches pixel x + k - R, or the nearest that there is.
                 let near =
@@ -52,7 +53,13 @@ fn richardson_lucy<T: Real>(work: Work<'_, '_, T>) {
                 let kernel = work.blur.which.get(other).map_or(0, |&which| usize::from(which));
                 let value = work.blur.values.get(kernel * side * side + number);
                 let quotient = quotient.get(other).map_or(0.0, |quotient| quotient.to_f64());
-                sum += value.map_or(0.0, |value| value.to_f64()) * quotient;
+                let value = value.map_or(0.0, |value| value.to_f64());
+                sum += value * quotient;
+                light += value;
+            }
+            if !work.blur.which.is_empty() {
+                // What no pixel sees stays as it is.
+                sum = if light > 0.0 { sum / light } else { 1.0 };
             }
             if let Some(value) = plane.get_mut(frame.bordered(pixel)) {
                 *value = T::from_f64(value.to_f64() * sum);

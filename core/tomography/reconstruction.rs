@@ -41,6 +41,8 @@ pub struct Reconstruction<'m, T, const D: usize> {
     /// E at the last tenth.
     pub(super) last: f64,
     pub(super) settled: bool,
+    /// Whether there was something to be seen in the last frame that was begun.
+    pub(super) lit: bool,
 }
 
 #[derive(Default)]
@@ -123,6 +125,7 @@ impl<'m, T: Real, const D: usize> Reconstruction<'m, T, D> {
             swept: 0,
             last: 0.0,
             settled: false,
+            lit: false,
         })
     }
 

@@ -14,14 +14,19 @@ use crate::walk::Course;
 const PARTS: u64 = 10;
 
 impl<T: Real, const D: usize> Reconstruction<'_, T, D> {
-    /// Begins frame `frame` with the pictures that were measured: from nothing, or, `warm`, from the density of the frame before.
+    /// Begins frame `frame` with the pictures that were measured: from nothing, or, `warm`, from the density of the frame before, unless that
+    /// was dark or there was none.
     ///
     /// # Errors
-    /// [`TomographyError::Dark`] where there is nothing to be seen.
+    /// [`TomographyError::Dark`] where there is nothing to be seen; the density is empty then.
     pub fn begin(&mut self, frame: u64, warm: bool) -> Result<(), TomographyError> {
         let settings = self.problem.settings;
         let total = self.total();
-        if !(total > 0.0) {
+        // After a dark frame there is nothing to go on from, and a part of the budget would not do.
+        let warm = core::mem::replace(&mut self.lit, total > 0.0) && warm;
+        if !self.lit {
+            self.buffers.density.fill(T::ZERO);
+            self.buffers.novel.fill(T::ZERO);
             return Err(TomographyError::Dark);
         }
         self.frame = frame;

@@ -1,7 +1,7 @@
 //! Images as linear light, planes of the channels one after the other.
 
 use crate::exit::Failure;
-use crate::keyframes::{Measured, ShapeError, is_picture, measured};
+use crate::keyframes::{Measured, Series, ShapeError, is_picture, measured};
 use clap::ValueEnum;
 use std::path::Path;
 
@@ -65,8 +65,13 @@ impl Image {
         let npz = path
             .extension()
             .is_some_and(|end| end.eq_ignore_ascii_case("npz"));
-        let Measured { shape, values, .. } =
-            measured(key, path, npz.then_some("image"), None).map_err(failed)?;
+        let name = npz.then_some("image");
+        let Measured {
+            shape, mut values, ..
+        } = measured(key, path, name, None).map_err(failed)?;
+        if !is_picture(path) {
+            whiten(key, path, name, &mut values)?;
+        }
         let (height, width, channels) = match *shape {
             [height, width] => (height, width, 1),
             [height, width, channels @ (1 | 3)] => (height, width, channels),
@@ -100,6 +105,31 @@ impl Image {
         }
         Ok(image)
     }
+}
+
+/// Makes 1 the white of an array: bytes and words are parts of the largest that they can be, as in pictures, and of other whole numbers
+/// nobody knows what white is.
+fn whiten(key: &str, path: &Path, name: Option<&str>, values: &mut [f64]) -> Result<(), Failure> {
+    // An array whose axes are reversed is no series; then its numbers have to tell.
+    let kind = Series::open(path, name, key).map(|series| series.kind()).ok();
+    let white = match kind.as_deref() {
+        Some("u1") => 255.0,
+        Some("u2") => 65535.0,
+        _ => 1.0,
+    };
+    values.iter_mut().for_each(|value| *value /= white);
+    let whole = match kind.as_deref() {
+        Some(kind) => kind.starts_with(['i', 'u']),
+        None => values.iter().all(|value| value.fract() == 0.0),
+    };
+    let largest = values.iter().copied().fold(0.0, f64::max);
+    if whole && largest > 1.0 {
+        return Err(Failure::Input(format!(
+            "{key} `{}` holds whole numbers up to {largest}, and white is 1: divide them by the number that is white, as in image / 255.0",
+            path.display()
+        )));
+    }
+    Ok(())
 }
 
 /// Planes of the channels as values with the channel last.

@@ -10,6 +10,8 @@ use thurible_core::deblur::{Blur, Frame};
 const FINE: usize = 16;
 /// Kernels of a greater radius are refused.
 const MOST: usize = 127;
+/// More kernels than a pixel's index can name.
+const MANY: usize = 1 << 16;
 
 /// Kernels as they are read.
 pub(crate) struct Psf {
@@ -106,6 +108,19 @@ impl Psf {
             );
             return Err(refuse(text, why));
         };
+        if count * high * wide == 0 {
+            let why = format!(
+                "`kernels` has the shape {:?}, which holds no number; give at least one kernel of at least 1 x 1",
+                kernels.shape
+            );
+            return Err(refuse(text, why));
+        }
+        if count > MANY {
+            let why = format!(
+                "`kernels` has {count} kernels, and there may be {MANY}; share those that are nearly the same"
+            );
+            return Err(refuse(text, why));
+        }
         if index.shape != [height, width] {
             let why = format!(
                 "`index` has the shape {:?}, and the image {height} x {width} pixels",

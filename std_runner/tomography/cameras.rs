@@ -40,7 +40,9 @@ pub(super) fn optics(
         place,
         pixels: pixels.map(|count| count as f64),
     };
-    match raw.kind.as_deref().unwrap_or("orthographic") {
+    let kind = raw.kind.as_deref().unwrap_or("orthographic");
+    reader.check_keys(kind)?;
+    match kind {
         "orthographic" => reader.orthographic(),
         "pinhole" => reader.pinhole(),
         "matrix" => reader.matrix(),
@@ -62,6 +64,36 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn refuse(&self, name: &str, why: impl core::fmt::Display) -> Failure {
         self.document.refuse(&format!("{}.{name}", self.key), why)
+    }
+
+    /// Refuses keys that a camera of kind `kind` does not look at: whoever wrote them expects that they count.
+    fn check_keys(&self, kind: &str) -> Result<(), Failure> {
+        if !["orthographic", "pinhole", "matrix"].contains(&kind) {
+            return Ok(());
+        }
+        let raw = self.raw;
+        let given: [(&str, bool, &[&str]); 10] = [
+            ("azimuth", raw.azimuth.is_some(), &["orthographic"]),
+            ("elevation", raw.elevation.is_some(), &["orthographic"]),
+            ("direction", raw.direction.is_some(), &["orthographic"]),
+            ("center", raw.center.is_some(), &["orthographic"]),
+            ("pitch", raw.pitch.is_some(), &["orthographic"]),
+            ("up", raw.up.is_some(), &["orthographic", "pinhole"]),
+            ("position", raw.position.is_some(), &["pinhole"]),
+            ("target", raw.target.is_some(), &["pinhole"]),
+            ("field_of_view", raw.field_of_view.is_some(), &["pinhole"]),
+            ("matrix", raw.matrix.is_some(), &["matrix"]),
+        ];
+        for (name, is_given, kinds) in given {
+            if is_given && !kinds.contains(&kind) {
+                let why = format!(
+                    "is for cameras of kind {}, and this one is {kind}; take it out, or write another `kind`",
+                    kinds.join(" or ")
+                );
+                return Err(self.refuse(name, why));
+            }
+        }
+        Ok(())
     }
 
     fn vector(&self, name: &str, found: &Option<Vec<f64>>) -> Result<Option<Vector>, Failure> {

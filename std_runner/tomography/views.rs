@@ -7,7 +7,7 @@ use super::raw::{RawCamera, RawTruth, RawViews};
 use super::settings::{Chosen, chosen};
 use super::sources::{Source, refuse};
 use crate::exit::Failure;
-use crate::keyframes::{Measured, measured};
+use crate::keyframes::{Measured, entries, is_picture, measured};
 use crate::scene::{Document, read};
 use std::path::{Path, PathBuf};
 use thurible_core::tomography::Settings;
@@ -220,6 +220,21 @@ impl Views {
             .map_err(refuse(&self.document, "truth"))?;
         if found.shape != shape {
             let why = format!("has frames of {:?} cells, and the box has {shape:?}", found.shape);
+            return Err(self.document.refuse("truth", why));
+        }
+        // A picture is one frame, whatever the number of the first one.
+        let (count, needed) = if is_picture(&truth.0) {
+            (1, self.frames)
+        } else {
+            let count = entries("truth.file", &truth.0, truth.1.as_deref())
+                .map_err(refuse(&self.document, "truth"))?;
+            (count, self.first + self.frames)
+        };
+        if count < needed {
+            let why = format!(
+                "`{}` has {count} frames, and the pictures need {needed}; give as many, or end before by pictures.last",
+                truth.0.display()
+            );
             return Err(self.document.refuse("truth", why));
         }
         Ok(Some(truth))

@@ -90,7 +90,7 @@ pub(super) fn finish(
 
 fn not_finite(pairs: usize) -> Failure {
     Failure::NotFinite(format!(
-        "the flow between frames {pairs} and {} became too fast or not finite; raise track.beta or track.alpha, or track these frames with track.independent = true",
+        "the flow between frames {pairs} and {} became too fast or not finite; raise track.beta or track.alpha, track these frames with track.independent = true, or, where it was the first frame that the flow could not carry, set track.readvect = false",
         pairs + 1
     ))
 }

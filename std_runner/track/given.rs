@@ -54,7 +54,8 @@ impl Given {
             density_scale: 1.0,
             remarks: [scene.unheard(), known.remarks].concat(),
         };
-        let largest = given.look(scene)?;
+        let is_result = known.boundary.is_some();
+        let largest = given.look(scene, is_result)?;
         given.density_scale = scene.density_scale.unwrap_or(FULL / largest);
         given.emission = Emission::open(scene, emission.as_deref(), &given.cells, first + pairs)?;
         for step in 0..pairs {
@@ -102,8 +103,8 @@ impl Given {
             .map_err(|error| refused(&scene.document, TRUTH, &error))
     }
 
-    /// Reads every frame once; the largest density of all.
-    fn look(&mut self, scene: &CaptureScene) -> Result<f64, Failure> {
+    /// Reads every frame once; the largest density of all. A result of the program has no colours.
+    fn look(&mut self, scene: &CaptureScene, is_result: bool) -> Result<f64, Failure> {
         let refuse = |frames: &Frames, index: usize, found: &str, remedy: &str| {
             refused(&scene.document, KEY, &frames.refuse(index, found, remedy))
         };
@@ -119,6 +120,14 @@ impl Given {
                     let found = format!("has frames of {} axes", frame.cells.len());
                     let remedy =
                         "a frame has the axes [y, x] or [z, y, x], after time where one array holds all";
+                    return Err(refuse(&self.frames, index, &found, remedy));
+                }
+                if !is_result && !is_volume(&self.frames, index) && has_channels(&frame.cells) {
+                    let found = format!(
+                        "has {} values along its last axis, which looks like colour",
+                        frame.cells[0]
+                    );
+                    let remedy = "give one channel, as frames[..., 0] or frames[..., :3].mean(axis=-1)";
                     return Err(refuse(&self.frames, index, &found, remedy));
                 }
                 self.cells.clone_from(&frame.cells);
@@ -224,6 +233,18 @@ impl Given {
         shape.reverse();
         shape
     }
+}
+
+/// Whether a frame of these cells along x, y, z is a picture with its channels last: no volume is so thin along x alone.
+fn has_channels(cells: &[usize]) -> bool {
+    matches!(cells, &[channels @ (3 | 4), width, height] if width.min(height) > channels)
+}
+
+/// Whether a frame is a file of a volume, which has no channels.
+fn is_volume(frames: &Frames, index: usize) -> bool {
+    let (path, _) = frames.place(index);
+    path.extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("vdb"))
 }
 
 /// The first frame that is tracked, and how many pairs follow.

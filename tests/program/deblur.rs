@@ -146,6 +146,105 @@ fn a_field_of_one_kernel_is_that_kernel() {
     assert_eq!(image("one"), image("many"));
 }
 
+/// Kernels of different pixels leave even light even: what they send to a pixel does not sum to 1, and is divided by its sum.
+#[test]
+fn several_kernels_leave_no_bands() {
+    let folder = fresh_folder("deblur_bands");
+    let mut kernels = vec![0.0; 25];
+    kernels[12] = 1.0;
+    kernels.extend([0.04; 25]);
+    let index: Vec<f64> = (0..24 * 32)
+        .map(|pixel| if pixel % 32 < 16 { 0.0 } else { 1.0 })
+        .collect();
+    let field = folder.join("field.npz");
+    let arrays = [
+        ("kernels", npy(&[2, 5, 5], &kernels)),
+        ("index", npy(&[24, 32], &index)),
+    ];
+    write(&field, &arrays);
+    fs::write(folder.join("even.npy"), npy(&[24, 32], &[0.5; 24 * 32])).unwrap();
+    let method = [
+        "--psf",
+        text(&field),
+        "--method",
+        "richardson_lucy",
+        "--iterations",
+        "40",
+    ];
+    let ended = deblur(&folder, "even.npy", "out", &method);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let image = read(&folder.join("out/result.npz"))["image"].data.clone();
+    let far = image.iter().map(|value| (value - 0.5).abs()).fold(0.0, f64::max);
+    assert!(far < 1e-4, "{far}");
+}
+
+/// An archive of kernels of which there are none, or more than can be named, is refused.
+#[test]
+fn kernels_that_are_none_or_too_many_are_refused() {
+    let folder = fresh_folder("deblur_kernels");
+    images(&folder);
+    let field = folder.join("field.npz");
+    for (shape, words) in [
+        ([2, 0, 0], "holds no number"),
+        ([0, 5, 5], "holds no number"),
+        ([65537, 1, 1], "65537 kernels, and there may be 65536"),
+    ] {
+        let kernels = npy(&shape, &vec![1.0; shape.iter().product()]);
+        let index = npy(&[24, 32], &[0.0; 24 * 32]);
+        write(&field, &[("kernels", kernels), ("index", index)]);
+        let ended = deblur(&folder, "blurred.npy", "no", &["--psf", text(&field)]);
+        assert_eq!(ended.code, 2, "{shape:?}: {}", ended.err);
+        assert!(ended.err.contains(words), "{shape:?}: {}", ended.err);
+        assert!(ended.err.contains("field.npz"), "{}", ended.err);
+    }
+}
+
+/// An array of 24 x 32 whole numbers.
+fn whole_numbers(kind: &str, bytes: &[u8]) -> Vec<u8> {
+    let header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': (24, 32), }}\n");
+    let mut all = b"\x93NUMPY\x01\x00".to_vec();
+    all.extend((header.len() as u16).to_le_bytes());
+    all.extend(header.as_bytes());
+    all.extend(bytes);
+    all
+}
+
+/// Bytes and words are parts of the largest there are, as in pictures; of other whole numbers white is not known.
+#[test]
+fn whole_numbers_are_parts_of_white() {
+    let folder = fresh_folder("deblur_whole");
+    images(&folder);
+    let levels: Vec<u8> = (0..24 * 32).map(|pixel| (pixel % 200) as u8).collect();
+    let light: Vec<f64> = levels.iter().map(|&level| f64::from(level) / 255.0).collect();
+    let words: Vec<u8> = levels
+        .iter()
+        .flat_map(|&level| (u16::from(level) * 257).to_le_bytes())
+        .collect();
+    let long: Vec<u8> = levels
+        .iter()
+        .flat_map(|&level| i64::from(level).to_le_bytes())
+        .collect();
+    fs::write(folder.join("light.npy"), npy(&[24, 32], &light)).unwrap();
+    fs::write(folder.join("bytes.npy"), whole_numbers("|u1", &levels)).unwrap();
+    fs::write(folder.join("words.npy"), whole_numbers("<u2", &words)).unwrap();
+    fs::write(folder.join("long.npy"), whole_numbers("<i8", &long)).unwrap();
+    let psf = folder.join("psf.npy");
+    let image = |name: &str| {
+        let file = format!("{name}.npy");
+        let ended = deblur(&folder, &file, name, &["--psf", text(&psf), "--budget", "5"]);
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        read(&folder.join(name).join("result.npz"))["image"].data.clone()
+    };
+    let known = image("light");
+    assert_eq!(known, image("bytes"));
+    assert_eq!(known, image("words"));
+    let ended = deblur(&folder, "long.npy", "no", &["--psf", text(&psf)]);
+    assert_eq!(ended.code, 2, "{}", ended.err);
+    for word in ["long.npy", "whole numbers up to 199", "divide them"] {
+        assert!(ended.err.contains(word), "{}", ended.err);
+    }
+}
+
 #[test]
 fn what_cannot_be_is_refused_in_a_sentence() {
     let folder = fresh_folder("deblur_refusals");

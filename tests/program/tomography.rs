@@ -159,6 +159,21 @@ fn bad_views_are_refused_in_a_sentence() {
         ),
         ("azimuth = 0\n", "azimuth = 0\nroll = 3\n", &["roll"]),
         (
+            "azimuth = 0\n",
+            "azimuth = 0\nfield_of_view = 40\n",
+            &["camera[0].field_of_view", "for cameras of kind pinhole"],
+        ),
+        (
+            "kind = \"orthographic\"",
+            "kind = \"pinhole\"",
+            &["camera[0].azimuth", "for cameras of kind orthographic"],
+        ),
+        (
+            "kind = \"orthographic\"\nazimuth = 0\n",
+            "kind = \"matrix\"\nup = [0.0, 1.0]\n",
+            &["camera[0].", "this one is matrix"],
+        ),
+        (
             "array = \"camera_1\"",
             "array = \"camera_77\"",
             &["camera[1]", "camera_77", "it holds"],
@@ -322,6 +337,53 @@ fn noise_below_zero_and_dark_frames_are_taken() {
     let density = read(&out.join("result.npz"))["density"].data.clone();
     assert!(density[..64].iter().sum::<f64>() > 4.0);
     assert!(density[64..].iter().all(|&value| value == 0.0));
+}
+
+/// After a dark frame a warm walk begins from nothing, with the whole budget, as a cold one does.
+#[test]
+fn after_a_dark_frame_nothing_is_warm() {
+    let folder = fresh_folder("tomography_dark");
+    let lit = [0.0, 0.0, 1.0, 3.0, 3.0, 1.0, 0.0, 0.0];
+    let frames = [lit, [0.0; 8], lit].concat();
+    fs::write(folder.join("q.npy"), npy(&[3, 8], &frames)).unwrap();
+    let camera = |azimuth: f64| format!("[[camera]]\nazimuth = {azimuth}\npitch = 0.125\nfile = \"q.npy\"\n");
+    let path = folder.join("views.toml");
+    let both = format!("[box]\ncells = [8, 8]\n{}{}", camera(0.0), camera(90.0));
+    fs::write(&path, both).unwrap();
+    let density = |warm: &str| {
+        let (out, key) = (folder.join(warm), format!("tomography.warm={warm}"));
+        let set = ["--set", "tomography.budget=20000", "--set", &key];
+        let ended = reconstruct(&path, &out, &set);
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        read(&out.join("result.npz"))["density"].data.clone()
+    };
+    let cold = density("false");
+    assert!(cold[128..].iter().sum::<f64>() > 4.0);
+    assert_eq!(cold, density("true"));
+}
+
+/// A truth of fewer frames than are reconstructed is refused, and fits those that it has.
+#[test]
+fn a_truth_that_ends_early_is_refused() {
+    let (folder, views) = views("tomography_truth", 2, &[]);
+    let truth = views.join("truth.npz");
+    let density = &read(&truth)["density"];
+    let (cells, count) = (&density.shape[1..], density.data.len() / 2);
+    let first = npy(&[1, cells[0], cells[1]], &density.data[..count]);
+    write(&truth, &[("density", first)]);
+    let out = folder.join("out");
+    let ended = reconstruct(&views, &out, &[]);
+    assert_eq!(ended.code, 2, "{}", ended.err);
+    for words in [
+        "truth.npz",
+        "has 1 frames, and the pictures need 2",
+        "pictures.last",
+    ] {
+        assert!(ended.err.contains(words), "{}", ended.err);
+    }
+    let one = ["--set", "pictures.last=0", "--set", "tomography.budget=1000"];
+    let ended = reconstruct(&views, &out, &one);
+    assert_eq!(ended.code, 0, "{}", ended.err);
 }
 
 /// Cameras that see smoke, but never in the same place, leave nothing, and the user hears of it.

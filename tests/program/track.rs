@@ -315,6 +315,37 @@ fn what_cannot_be_tracked_is_refused() {
     }
 }
 
+/// Frames in colour are no thin volumes, in one array or in a file each.
+#[test]
+fn frames_in_colour_are_refused() {
+    let folder = fresh_folder("track_colour");
+    let (array, out) = (folder.join("smoke.npy"), folder.join("out"));
+    let colour = |time: usize, channels: usize| -> Vec<f32> {
+        let grey = blob(time);
+        grey.into_iter().flat_map(|value| vec![value; channels]).collect()
+    };
+    let refused = |frames: &Path, found: &str| {
+        let ended = track(frames, &out, &["--quiet"]);
+        assert_eq!(ended.code, 2, "{}", ended.err);
+        for words in [found, "looks like colour", "give one channel"] {
+            assert!(ended.err.contains(words), "{words}: {}", ended.err);
+        }
+        assert!(!out.exists());
+    };
+    for channels in [3, 4] {
+        let frames: Vec<f32> = (0..3).flat_map(|time| colour(time, channels)).collect();
+        npy(&array, &[3, 12, 16, channels], &frames);
+        refused(&array, &format!("has {channels} values along its last axis"));
+    }
+    let frames = folder.join("frames");
+    fs::create_dir_all(&frames).unwrap();
+    for time in 0..2 {
+        let file = frames.join(format!("smoke_{time}.npy"));
+        npy(&file, &[12, 16, 3], &colour(time, 3));
+    }
+    refused(&frames, "smoke_0.npy");
+}
+
 #[test]
 fn an_array_may_have_any_name() {
     let folder = fresh_folder("track_name");

@@ -114,13 +114,64 @@ impl Pixels {
         low.iter().zip(high).all(|(&low, high)| !(high - low > most))
     }
 
-    /// One number for a grey pixel, red, green and blue for one of colour: 1 is white, from the top, as they are stored. Alpha is left out.
+    /// One number for a grey pixel, red, green and blue for one of colour: 1 is white, from the top, as they are stored. They are multiplied by
+    /// alpha, since what is transparent gives no light.
     pub fn plain(&self) -> (usize, Vec<f64>) {
         let count = if self.is_grey() { 1 } else { 3 };
         let top = self.top();
-        let values = self
-            .all()
-            .flat_map(|levels| levels.into_iter().take(count).map(move |level| level / top));
+        // EXR keeps colours multiplied, and where alpha is 0 they were not divided by it: there they are the light that is given.
+        let multiplied = matches!(self.samples, Samples::Planes(_));
+        let values = self.all().flat_map(|levels| {
+            let [.., alpha] = levels;
+            let share = if multiplied && !(alpha > 0.0) {
+                1.0
+            } else {
+                alpha / top
+            };
+            levels
+                .into_iter()
+                .take(count)
+                .map(move |level| level / top * share)
+        });
         (count, values.collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use exr::prelude::FlatSamples;
+
+    fn pixels(width: usize, channels: usize, samples: Samples) -> Pixels {
+        Pixels {
+            width,
+            height: 1,
+            channels,
+            samples,
+            note: None,
+        }
+    }
+
+    /// Light is what a pixel's alpha leaves of its colour; shapes still read the colour itself.
+    #[test]
+    fn what_is_transparent_gives_no_light() {
+        let grey = pixels(3, 2, Samples::Narrow(vec![255, 255, 255, 0, 255, 51]));
+        assert_eq!(grey.plain(), (1, vec![1.0, 0.0, 0.2]));
+        assert!(grey.all().all(|[red, ..]| red == 255.0));
+        let opaque = pixels(1, 3, Samples::Wide(vec![65535, 0, 65535]));
+        assert_eq!(opaque.plain(), (3, vec![1.0, 0.0, 1.0]));
+        // Colours of EXR are multiplied in the file: as light they come out as they were stored, glow without alpha too.
+        let stored = [[0.25, 0.125, 0.0, 2.0], [0.5, 0.25, 1.0, 0.0]];
+        let planes = Planes {
+            levels: stored.map(|plane| FlatSamples::F32(plane.to_vec())).into(),
+            has_alpha: true,
+            size: [4, 1],
+            window: [4, 1],
+            offset: [0, 0],
+        };
+        let smoke = pixels(4, 2, Samples::Planes(planes));
+        assert_eq!(smoke.plain(), (1, vec![0.25, 0.125, 0.0, 2.0]));
+        let flat: Vec<f64> = smoke.all().map(|[red, ..]| red).collect();
+        assert_eq!(flat, [0.5, 0.5, 0.0, 2.0]);
     }
 }
