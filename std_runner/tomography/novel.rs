@@ -4,6 +4,7 @@ use super::cameras::{Optics, optics};
 use super::place::Place;
 use super::raw::RawCamera;
 use super::sources::Source;
+use crate::deblur::Light;
 use crate::exit::Failure;
 use crate::scene::Document;
 use core::ops::Range;
@@ -33,12 +34,13 @@ pub(super) fn pictures(
     key: &str,
     raw: &RawCamera,
     place: &Place,
+    light: Light,
 ) -> Result<(Source, [usize; 2]), Failure> {
     if raw.size.is_some() {
         let why = "is for novel views without pictures: here they say how large they are; take it out";
         return Err(document.refuse(&format!("{key}.size"), why));
     }
-    let source = Source::of(document, key, raw, place.dims)?;
+    let source = Source::of(document, key, raw, place.dims, light)?;
     let first = source.read(document, key, 0)?;
     let pixels = size_of(&first.shape).filter(|size| size[0] > 0 && (place.dims == 3 || size[1] == 1));
     let pixels = pixels.ok_or_else(|| {
@@ -59,12 +61,12 @@ impl Novel {
         document: &Document,
         number: usize,
         raw: &RawCamera,
-        place: &Place,
+        (place, light): (&Place, Light),
         frames: &Range<usize>,
     ) -> Result<Self, Failure> {
         let key = format!("novel[{number}]");
         let (source, pixels) = if raw.files.is_some() || raw.file.is_some() {
-            let (source, pixels) = pictures(document, &key, raw, place)?;
+            let (source, pixels) = pictures(document, &key, raw, place, light)?;
             (Some(source), pixels)
         } else {
             (None, size(document, &key, raw, place.dims)?)

@@ -28,9 +28,18 @@ pub(super) struct RawBox {
 #[serde(deny_unknown_fields)]
 pub(super) struct RawPictures {
     pub scale: Option<f64>,
+    pub light: Option<String>,
     pub dt: Option<f64>,
     pub first: Option<usize>,
     pub last: Option<usize>,
+}
+
+/// What a camera sees without smoke: the same everywhere, or a picture.
+#[derive(Deserialize)]
+#[serde(untagged)]
+pub(super) enum RawBackground {
+    Level(f64),
+    File(String),
 }
 
 #[derive(Deserialize)]
@@ -51,6 +60,7 @@ pub(super) struct RawCamera {
     pub file: Option<String>,
     pub array: Option<String>,
     pub files: Option<String>,
+    pub background: Option<RawBackground>,
     /// Of a novel view without pictures.
     pub size: Option<Vec<usize>>,
 }

@@ -1,13 +1,130 @@
-//! The pictures of a camera: a file for each frame, or an array of all of them.
+//! The pictures of a camera: a file for each frame, or an array of all of them; as light, less what there is without smoke.
 
-use super::raw::RawCamera;
+use super::raw::{RawBackground, RawCamera};
+use crate::deblur::Light;
 use crate::exit::Failure;
 use crate::keyframes::{Measured, ShapeError, entries, is_picture, measured};
 use crate::scene::{Document, files_of};
 use std::path::{Path, PathBuf};
 
-/// Where the pictures of a camera are.
-pub(super) enum Source {
+/// The pictures of a camera.
+pub(super) struct Source {
+    pictures: Pictures,
+    /// How they store light.
+    light: Light,
+    background: Background,
+}
+
+/// What is seen without smoke.
+enum Background {
+    Level(f64),
+    Picture(Vec<f64>),
+}
+
+/// How the pictures of a file of views store light, by the word for it; linear where there is none.
+pub(super) fn light(document: &Document, word: Option<&str>) -> Result<Light, Failure> {
+    match word {
+        None | Some("linear") => Ok(Light::Linear),
+        Some("srgb") => Ok(Light::Srgb),
+        Some(other) => {
+            let why =
+                format!("is \"{other}\"; write \"linear\", or \"srgb\" for pictures as screens show them");
+            Err(document.refuse("pictures.light", why))
+        }
+    }
+}
+
+impl Source {
+    /// Reads camera `key` of the file.
+    pub fn of(
+        document: &Document,
+        key: &str,
+        raw: &RawCamera,
+        dims: usize,
+        light: Light,
+    ) -> Result<Self, Failure> {
+        let mut source = Self {
+            pictures: Pictures::of(document, key, raw, dims)?,
+            light,
+            background: Background::Level(0.0),
+        };
+        let place = format!("{key}.background");
+        source.background = match &raw.background {
+            None => return Ok(source),
+            Some(RawBackground::Level(level)) if *level >= 0.0 && level.is_finite() => {
+                Background::Level(*level)
+            }
+            Some(RawBackground::Level(level)) => {
+                let why = format!("is {level}; write a number from 0, or the name of a picture");
+                return Err(document.refuse(&place, why));
+            }
+            Some(RawBackground::File(file)) => {
+                let path = document.folder().join(file);
+                let found = measured("background", &path, None, None).map_err(refuse(document, &place))?;
+                let (found, first) = (source.as_light(found), source.read(document, key, 0)?);
+                if found.shape != first.shape {
+                    let why = format!(
+                        "`{}` has the shape {:?}, and the camera's pictures {:?}; give one of the same size",
+                        path.display(),
+                        found.shape,
+                        first.shape
+                    );
+                    return Err(document.refuse(&place, why));
+                }
+                Background::Picture(found.values)
+            }
+        };
+        Ok(source)
+    }
+
+    /// How many frames it has.
+    pub fn frames(&self) -> usize {
+        self.pictures.frames()
+    }
+
+    /// The file of a frame, in words.
+    pub fn shown(&self, frame: usize) -> String {
+        self.pictures.shown(frame)
+    }
+
+    /// Whether its pictures are files of pictures, of which nobody said how they store light.
+    pub fn is_of_pictures(&self) -> bool {
+        match &self.pictures {
+            Pictures::Files(files) => files.iter().any(|file| is_picture(file)),
+            Pictures::Array { path, .. } | Pictures::One { path, .. } => is_picture(path),
+        }
+    }
+
+    /// The picture of a frame, in grey, what its background leaves of it.
+    pub fn read(&self, document: &Document, key: &str, frame: usize) -> Result<Measured, Failure> {
+        let mut picture = self.as_light(self.pictures.read(document, key, frame)?);
+        let less = |value: &mut f64, by: f64| {
+            // Noise about the background is no light that is missing.
+            *value = if *value < by { 0.0 } else { *value - by };
+        };
+        match &self.background {
+            Background::Level(level) if *level == 0.0 => {}
+            Background::Level(level) => picture.values.iter_mut().for_each(|value| less(value, *level)),
+            Background::Picture(values) => {
+                let pairs = picture.values.iter_mut().zip(values);
+                pairs.for_each(|(value, by)| less(value, *by));
+            }
+        }
+        Ok(picture)
+    }
+
+    /// A picture's levels as light, in grey.
+    fn as_light(&self, mut picture: Measured) -> Measured {
+        if self.light == Light::Srgb {
+            let levels = picture.values.iter_mut();
+            levels.for_each(|level| *level = self.light.decoded(*level));
+        }
+        picture.grey()
+    }
+}
+
+/// Where pictures are.
+enum Pictures {
     /// One file a frame, in the order of the frames.
     Files(Vec<PathBuf>),
     /// Entries along the first axis of an array.
@@ -20,9 +137,9 @@ pub(super) enum Source {
     One { path: PathBuf, name: Option<String> },
 }
 
-impl Source {
+impl Pictures {
     /// Reads camera `key` of the file.
-    pub fn of(document: &Document, key: &str, raw: &RawCamera, dims: usize) -> Result<Self, Failure> {
+    fn of(document: &Document, key: &str, raw: &RawCamera, dims: usize) -> Result<Self, Failure> {
         match (&raw.files, &raw.file) {
             (Some(pattern), None) => {
                 let files = files_of(document, &format!("{key}.files"), pattern)?;
@@ -35,7 +152,7 @@ impl Source {
                     path: path.clone(),
                     name: name.clone(),
                 };
-                let axes = one.read(document, key, 0)?.shape.len();
+                let axes = one.read(document, key, 0)?.grey().shape.len();
                 if axes < dims || is_picture(&path) {
                     return Ok(one);
                 }
@@ -49,8 +166,8 @@ impl Source {
         }
     }
 
-    /// How many frames it has.
-    pub fn frames(&self) -> usize {
+    /// How many frames there are.
+    fn frames(&self) -> usize {
         match self {
             Self::Files(files) => files.len(),
             Self::Array { frames, .. } => *frames,
@@ -59,7 +176,7 @@ impl Source {
     }
 
     /// The file of a frame, in words.
-    pub fn shown(&self, frame: usize) -> String {
+    fn shown(&self, frame: usize) -> String {
         match self {
             Self::Files(files) => files
                 .get(frame)
@@ -76,8 +193,8 @@ impl Source {
         }
     }
 
-    /// The picture of a frame.
-    pub fn read(&self, document: &Document, key: &str, frame: usize) -> Result<Measured, Failure> {
+    /// The picture of a frame, as it is stored.
+    fn read(&self, document: &Document, key: &str, frame: usize) -> Result<Measured, Failure> {
         let read = |path: &Path, name: Option<&str>, entry| measured("file", path, name, entry);
         let picture = match self {
             Self::Files(files) => match files.get(frame) {
@@ -87,7 +204,7 @@ impl Source {
             Self::Array { path, name, .. } => read(path, name.as_deref(), Some(frame)),
             Self::One { path, name } => read(path, name.as_deref(), None),
         };
-        Ok(picture.map_err(refuse(document, key))?.grey())
+        picture.map_err(refuse(document, key))
     }
 }
 

@@ -5,7 +5,8 @@ use super::novel::{Novel, pictures, size_of};
 use super::place::{Place, place};
 use super::raw::{RawCamera, RawTruth, RawViews};
 use super::settings::{Chosen, chosen};
-use super::sources::{Source, refuse};
+use super::sources::{Source, light, refuse};
+use crate::deblur::Light;
 use crate::exit::Failure;
 use crate::keyframes::{Measured, entries, is_picture, measured};
 use crate::scene::{Document, read};
@@ -65,9 +66,10 @@ impl Views {
         }
         let raw: RawViews = read(&document, "", Value::Table(document.table().clone()))?;
         let (place, cells) = place(&document, &raw.r#box)?;
+        let light = light(&document, raw.pictures.light.as_deref())?;
         let mut cameras = Vec::new();
         for (number, camera) in raw.camera.iter().enumerate() {
-            cameras.push(view(&document, number, camera, &place)?);
+            cameras.push(view(&document, number, camera, (&place, light))?);
         }
         let Chosen {
             settings,
@@ -90,11 +92,23 @@ impl Views {
         views.check_numbers()?;
         views.count(raw.pictures.last)?;
         views.look(automatic_gamma)?;
+        let first = views.cameras.iter().find(|view| view.source.is_of_pictures());
+        if let (Some(view), None) = (first, &raw.pictures.light) {
+            let note = format!(
+                "{} is taken as linear light; where a camera or a film made it, write pictures.light = \"srgb\"",
+                view.source.shown(views.first)
+            );
+            views.notes.push(note);
+        }
         let frames = views.first..views.first + views.frames;
         for (number, camera) in raw.novel.iter().enumerate() {
-            views
-                .novel
-                .push(Novel::read(&views.document, number, camera, &place, &frames)?);
+            views.novel.push(Novel::read(
+                &views.document,
+                number,
+                camera,
+                (&place, light),
+                &frames,
+            )?);
         }
         views.truth = views.truth_of(raw.truth)?;
         Ok(views)
@@ -267,9 +281,14 @@ impl Views {
     }
 }
 
-fn view(document: &Document, number: usize, raw: &RawCamera, place: &Place) -> Result<View, Failure> {
+fn view(
+    document: &Document,
+    number: usize,
+    raw: &RawCamera,
+    (place, light): (&Place, Light),
+) -> Result<View, Failure> {
     let key = format!("camera[{number}]");
-    let (source, pixels) = pictures(document, &key, raw, place)?;
+    let (source, pixels) = pictures(document, &key, raw, place, light)?;
     Ok(View {
         name: raw.name.clone().unwrap_or_else(|| format!("camera {number}")),
         optics: optics(document, &key, raw, place, pixels)?,

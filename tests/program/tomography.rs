@@ -362,6 +362,72 @@ fn after_a_dark_frame_nothing_is_warm() {
     assert_eq!(cold, density("true"));
 }
 
+/// Levels as screens show them, before a bright ground, are the light that they were made of.
+#[test]
+fn levels_of_screens_and_a_background_are_taken_off() {
+    let folder = fresh_folder("tomography_light");
+    let light = [0.0, 0.1, 0.3, 0.5, 0.5, 0.3, 0.1, 0.0];
+    let ground = [0.2, 0.21, 0.22, 0.23, 0.24, 0.25, 0.26, 0.27];
+    let coded = |light: f64| {
+        if light <= 0.003_130_8 {
+            12.92 * light
+        } else {
+            1.055 * light.powf(1.0 / 2.4) - 0.055
+        }
+    };
+    let seen: Vec<f64> = light
+        .iter()
+        .zip(ground)
+        .map(|(light, ground)| coded(light + ground))
+        .collect();
+    let empty: Vec<f64> = ground.iter().map(|&ground| coded(ground)).collect();
+    for (name, values) in [("plain", &light[..]), ("seen", &seen), ("empty", &empty)] {
+        fs::write(folder.join(format!("{name}.npy")), npy(&[8], values)).unwrap();
+    }
+    let found = |name: &str, pictures: &str, camera: &str| {
+        let one = |azimuth: f64| {
+            format!("[[camera]]\nazimuth = {azimuth}\npitch = 0.125\nfile = \"{name}.npy\"\n{camera}")
+        };
+        let text = format!(
+            "[box]\ncells = [8, 8]\n[pictures]\n{pictures}{}{}",
+            one(0.0),
+            one(90.0)
+        );
+        let path = folder.join(format!("{name}.toml"));
+        fs::write(&path, text).unwrap();
+        let ended = reconstruct(&path, &folder.join(name), &["--set", "tomography.method=sart"]);
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        read(&folder.join(name).join("result.npz"))["density"]
+            .data
+            .clone()
+    };
+    let plain = found("plain", "", "");
+    let taken = found("seen", "light = \"srgb\"\n", "background = \"empty.npy\"\n");
+    assert!(plain.iter().sum::<f64>() > 0.1);
+    for (plain, taken) in plain.iter().zip(&taken) {
+        assert!((plain - taken).abs() < 1e-5, "{plain} and {taken}");
+    }
+    fs::write(folder.join("short.npy"), npy(&[7], &empty[..7])).unwrap();
+    for (pictures, camera, words) in [
+        ("light = \"film\"\n", "", "pictures.light"),
+        ("", "background = -1.0\n", "write a number from 0"),
+        ("", "background = \"short.npy\"\n", "give one of the same size"),
+        ("", "background = \"none.npy\"\n", "none.npy"),
+    ] {
+        let text = format!(
+            "[box]\ncells = [8, 8]\n[pictures]\n{pictures}[[camera]]\nazimuth = 0.0\npitch = 0.125\nfile = \"seen.npy\"\n{camera}"
+        );
+        let path = folder.join("wrong.toml");
+        fs::write(&path, text).unwrap();
+        let ended = reconstruct(&path, &folder.join("wrong"), &[]);
+        assert!(
+            [2, 4].contains(&ended.code) && ended.err.contains(words),
+            "{words}: {}",
+            ended.err
+        );
+    }
+}
+
 /// A truth of fewer frames than are reconstructed is refused, and fits those that it has.
 #[test]
 fn a_truth_that_ends_early_is_refused() {
