@@ -96,7 +96,7 @@ impl States {
             resume(one, path, begun)?;
         }
         let keep = |path: &PathBuf| Keep::new(path.clone(), self.every, begun);
-        Ok(self.checkpoint.as_ref().map(keep))
+        self.checkpoint.as_ref().map(keep).transpose()
     }
 }
 
@@ -133,15 +133,32 @@ fn resume(one: &mut dyn Resumable, path: &Path, begun: u64) -> PyResult<()> {
 }
 
 impl Keep {
-    /// At `path`, after every iteration that ends `seconds` or more after the last state.
-    fn new(path: PathBuf, seconds: f64, begun: u64) -> Self {
-        Self {
+    /// At `path`, after every iteration that ends `seconds` or more after the last state. A place that cannot be written to is refused now, and
+    /// not after hours.
+    fn new(path: PathBuf, seconds: f64, begun: u64) -> PyResult<Self> {
+        let keep = Self {
             path,
             every: Duration::from_secs_f64(seconds),
             last: Instant::now(),
             begun,
             trouble: None,
-        }
+        };
+        let part = keep.part();
+        let tried = File::create(&part).and_then(|_| fs::remove_file(&part));
+        tried.map_err(|error| {
+            PyOSError::new_err(format!(
+                "checkpoint: cannot write {}: {error}; give a path in a folder that is there",
+                keep.path.display()
+            ))
+        })?;
+        Ok(keep)
+    }
+
+    /// Where a state is written before it is whole.
+    fn part(&self) -> PathBuf {
+        let mut name = self.path.file_name().unwrap_or_default().to_owned();
+        name.push(".part");
+        self.path.with_file_name(name)
     }
 
     /// Writes the state where it is due: aside, synced, then in its place.
@@ -157,9 +174,7 @@ impl Keep {
     }
 
     fn write(&self, one: &mut dyn Resumable) -> io::Result<()> {
-        let mut name = self.path.file_name().unwrap_or_default().to_owned();
-        name.push(".part");
-        let part = self.path.with_file_name(name);
+        let part = self.part();
         let mut file = BufWriter::new(File::create(&part)?);
         file.write_all(&self.begun.to_le_bytes())?;
         let mut writes = Writes(&mut file, None);

@@ -137,10 +137,12 @@ impl Job<'_> {
             one: &mut solver,
             keep: keep.as_mut(),
         };
-        let ended = watch::solve(py, &mut kept, params.threads, callback)?;
+        let ended = watch::solve(py, &mut kept, params.threads, callback);
+        // What could not be kept is said of a solve that was interrupted too.
         if let Some(keep) = keep {
             keep.end(py)?;
         }
+        let ended = ended?;
         if matches!(ended.status, Status::NotFinite | Status::NotReady) {
             return Err(PyFloatingPointError::new_err(
                 "the solve left the finite numbers, or a flow was too fast to follow from the start; use float64, more steps or a slower initial_velocity",

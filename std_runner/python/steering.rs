@@ -153,10 +153,12 @@ impl Job<'_> {
             one: &mut fluids,
             keep: keep.as_mut(),
         };
-        let Ended { status, history, .. } = watch::solve(py, &mut kept, params.threads, callback)?;
+        let ended = watch::solve(py, &mut kept, params.threads, callback);
+        // What could not be kept is said of a search that was interrupted too.
         if let Some(keep) = keep {
             keep.end(py)?;
         }
+        let Ended { status, history, .. } = ended?;
         if status == Status::NotFinite && history.is_empty() || status == Status::NotReady {
             let why = "the search left the finite numbers at once; use float64, or a slower initial_velocity";
             return Err(PyFloatingPointError::new_err(why));

@@ -8,6 +8,7 @@ import gc
 import inspect
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import tempfile
@@ -973,8 +974,20 @@ class States(unittest.TestCase):
                     move((12, 10), np.float32, 4, resume=state, iterations=4)
             with self.assertRaises(OSError):
                 move((12, 10), np.float32, 4, resume=state.with_name("none"))
-            with self.assertWarnsRegex(RuntimeWarning, "could not be kept"):
-                move((12, 10), np.float32, 4, checkpoint=pathlib.Path(folder) / "none" / "state", checkpoint_every=0, iterations=4)
+            # A place that cannot be written to is refused before the solve; one that goes meanwhile is told of, also where the solve is interrupted.
+            place = pathlib.Path(folder) / "place"
+            with self.assertRaisesRegex(OSError, "checkpoint: cannot write .*a folder that is there"):
+                move((12, 10), np.float32, 4, checkpoint=place / "state", checkpoint_every=0, iterations=4)
+            for last in (4, 2):
+                place.mkdir()
+
+                def goes(seen):
+                    shutil.rmtree(place, ignore_errors=True)
+                    if seen.iteration >= last:
+                        raise InterruptedError
+
+                with self.assertWarnsRegex(RuntimeWarning, "could not be kept"), self.assertRaises(InterruptedError):
+                    move((12, 10), np.float32, 4, checkpoint=place / "state", checkpoint_every=0, iterations=20, options={"nested": False, "tolerance": 1e-12}, progress=goes)
 
 
 class Stubs(unittest.TestCase):
