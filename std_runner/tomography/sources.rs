@@ -87,12 +87,13 @@ impl Source {
         self.pictures.shown(frame)
     }
 
-    /// Whether its pictures are files of pictures, of which nobody said how they store light.
-    pub fn is_of_pictures(&self) -> bool {
-        match &self.pictures {
-            Pictures::Files(files) => files.iter().any(|file| is_picture(file)),
-            Pictures::Array { path, .. } | Pictures::One { path, .. } => is_picture(path),
-        }
+    /// Whether some of its files are of a kind that mostly holds levels as screens show them.
+    pub fn is_for_screens(&self) -> bool {
+        let files = match &self.pictures {
+            Pictures::Files(files) => files.as_slice(),
+            Pictures::Array { path, .. } | Pictures::One { path, .. } => core::slice::from_ref(path),
+        };
+        files.iter().any(|file| Light::of(file) == Light::Srgb)
     }
 
     /// The picture of a frame, in grey, what its background leaves of it.

@@ -92,7 +92,7 @@ impl Views {
         views.check_numbers()?;
         views.count(raw.pictures.last)?;
         views.look(automatic_gamma)?;
-        let first = views.cameras.iter().find(|view| view.source.is_of_pictures());
+        let first = views.cameras.iter().find(|view| view.source.is_for_screens());
         if let (Some(view), None) = (first, &raw.pictures.light) {
             let note = format!(
                 "{} is taken as linear light; where a camera or a film made it, write pictures.light = \"srgb\"",
