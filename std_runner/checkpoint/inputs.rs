@@ -25,7 +25,7 @@ pub(crate) struct Input {
 
 impl Input {
     /// The file at `path` as it is now.
-    fn now(path: &Path) -> io::Result<Self> {
+    pub(super) fn now(path: &Path) -> io::Result<Self> {
         let (mut file, mut piece, mut sum, mut bytes) = (File::open(path)?, vec![0; PIECE], Mix::new(), 0);
         loop {
             let mut filled = 0;
@@ -46,6 +46,11 @@ impl Input {
             bytes,
             digest: sum.finish(),
         })
+    }
+
+    /// Its checksum.
+    pub(super) fn digest(&self) -> u64 {
+        self.digest
     }
 
     /// Refuses a file that is not what it was.
@@ -88,9 +93,9 @@ pub(crate) fn inputs_of(document: &Document, others: &[PathBuf]) -> io::Result<V
 fn gather(document: &Document, key: &str, value: &Value, paths: &mut BTreeSet<PathBuf>) {
     let mut add = |found: Vec<PathBuf>| paths.extend(found.into_iter().filter(|path| path.is_file()));
     match value {
-        Value::String(text) if key == ShapeSpec::PATTERN => {
-            add(files_of(document, key, text).unwrap_or_default())
-        }
+        Value::String(text) if key == ShapeSpec::PATTERN => add(files_of(document, key, text)
+            .map(|files| files.paths)
+            .unwrap_or_default()),
         Value::String(text) if ShapeSpec::FILES.contains(&key) => add(vec![document.folder().join(text)]),
         Value::Array(values) => values
             .iter()

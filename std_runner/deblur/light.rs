@@ -68,7 +68,7 @@ impl Image {
         let name = npz.then_some("image");
         let Measured {
             shape, mut values, ..
-        } = measured(key, path, name, None).map_err(failed)?;
+        } = measured(key, path, name).map_err(failed)?;
         if !is_picture(path) {
             whiten(key, path, name, &mut values)?;
         }

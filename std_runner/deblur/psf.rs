@@ -83,7 +83,7 @@ impl Psf {
             let why = "is neither a shape nor a file of kernels; write disc:3, motion:11,30, gaussian:1.5, or name a picture, .npy or .npz";
             return Err(refuse(text, why));
         }
-        let read = measured("psf", path, None, None).map_err(failed)?.grey();
+        let read = measured("psf", path, None).map_err(failed)?.grey();
         let [height, width] = read.shape[..] else {
             return Err(refuse(
                 text,
@@ -99,8 +99,8 @@ impl Psf {
     }
 
     fn field(text: &str, path: &Path, [width, height]: [usize; 2]) -> Result<Self, Failure> {
-        let kernels = measured("psf", path, Some("kernels"), None).map_err(failed)?;
-        let index = measured("psf", path, Some("index"), None).map_err(failed)?;
+        let kernels = measured("psf", path, Some("kernels")).map_err(failed)?;
+        let index = measured("psf", path, Some("index")).map_err(failed)?;
         let [count, high, wide] = kernels.shape[..] else {
             let why = format!(
                 "`kernels` has the shape {:?}; it is count x rows x columns",

@@ -88,7 +88,7 @@ impl Known {
         if !has_array(&archive, "solid") {
             return Ok(None);
         }
-        let coarse = measured(KEY, &archive, Some("solid"), None);
+        let coarse = measured(KEY, &archive, Some("solid"));
         let coarse = coarse.map_err(|error| unread(&self.folder, &error))?.values;
         let fine: Vec<usize> = self.cells.iter().map(|count| count * scale).collect();
         let of = |index: usize| {

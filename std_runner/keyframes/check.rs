@@ -5,6 +5,9 @@ use super::{Canvas, ShapeError};
 /// Coordinates and sizes beyond this many lengths of the box are refused, so that nothing overflows.
 const FARTHEST: f64 = 1e6;
 
+/// A shape whose largest density stays below this puts nothing into the box.
+pub(super) const FAINTEST: f64 = 0.01;
+
 /// A point with as many coordinates as the grid; in 3D a missing third one is the middle.
 pub(super) fn point(key: &str, given: &[f64], canvas: &Canvas) -> Result<[f64; 3], ShapeError> {
     let mut point = canvas.middle();

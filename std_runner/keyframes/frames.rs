@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::decode::is_picture;
+use super::ending::ends_with;
 use super::error::Fault;
 use super::header::drop_ones;
 use super::ink::Ink;
@@ -148,11 +149,6 @@ fn name_in(path: &Path, name: Option<&str>) -> Result<Option<String>, Fault> {
         None if has_array(path, DENSITY) => Ok(Some(DENSITY.to_owned())),
         None => npz::sole_name(path).map(Some),
     }
-}
-
-fn ends_with(path: &Path, ending: &str) -> bool {
-    path.extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case(ending))
 }
 
 /// The frame of a file of its own. The first picture decides which pixels are smoke in all of them, where nothing is said.

@@ -1,13 +1,15 @@
 //! Pictures and arrays as numbers that were measured: as they are, not stretched over a box.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
-use super::ShapeError;
 use super::decode::{self, is_picture};
+use super::ending::ends_with;
 use super::error::Fault;
 use super::image::USUAL_SIDE;
-use super::npy::Entry;
-use super::npz;
+use super::npy::Array;
+use super::series::Series;
+use super::{ShapeError, npz};
 use crate::undershoot::{Undershoot, clip, place};
 
 /// Numbers with their shape, x last and fastest; of a picture in colour the channel is last.
@@ -21,28 +23,80 @@ pub(crate) struct Measured {
     pub note: Option<String>,
 }
 
-/// How many entries the array `name` of `path`, which `key` names, has along its first axis.
-///
-/// # Errors
-/// As [`measured`].
-pub(crate) fn entries(key: &str, path: &Path, name: Option<&str>) -> Result<usize, ShapeError> {
-    npz::steps(path, name).map_err(|fault| fault.of(key, path))
+/// The entries along the first axis of an array, each of them measured, in any order and by any thread; or the only one of a picture.
+pub(crate) struct Measurements {
+    key: String,
+    path: PathBuf,
+    name: Option<String>,
+    /// None of a picture.
+    series: Option<Mutex<Series>>,
+    count: usize,
 }
 
-/// Reads a picture, an array, or the entry `entry` along the first axis of one; `key` names the file.
+impl Measurements {
+    /// Those of the array `name` of `path`, which `key` names; the sole one of a `.npz` where there is no name.
+    ///
+    /// # Errors
+    /// As [`measured`], but for what only the reading of an entry tells.
+    pub fn open(key: &str, path: &Path, name: Option<&str>) -> Result<Self, ShapeError> {
+        let failed = |fault: Fault| fault.of(key, path);
+        let name = match name {
+            None if ends_with(path, "npz") => Some(npz::sole_name(path).map_err(failed)?),
+            name => name.map(str::to_owned),
+        };
+        let series = if is_picture(path) {
+            None
+        } else {
+            npz::check_ending(path, name.as_deref()).map_err(failed)?;
+            Some(Series::open(path, name.as_deref(), key)?)
+        };
+        Ok(Self {
+            key: key.to_owned(),
+            path: path.to_owned(),
+            name,
+            count: series.as_ref().map_or(1, Series::count),
+            series: series.map(Mutex::new),
+        })
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The array in the file, where that has names.
+    pub fn name(&self) -> Option<&str> {
+        self.name.as_deref()
+    }
+
+    /// Reads one; of a picture whatever its number.
+    ///
+    /// # Errors
+    /// As [`measured`].
+    pub fn read(&self, entry: usize) -> Result<Measured, ShapeError> {
+        let Some(series) = &self.series else {
+            return measured(&self.key, &self.path, None);
+        };
+        let mut series = series.lock().unwrap_or_else(PoisonError::into_inner);
+        let read = series.array(entry).and_then(finite);
+        read.map_err(|fault| fault.of(&self.key, &self.path))
+    }
+}
+
+/// Reads a picture or an array; `key` names the file.
 ///
 /// # Errors
 /// A file that cannot be read, or a number that is not finite.
-pub(crate) fn measured(
-    key: &str,
-    path: &Path,
-    name: Option<&str>,
-    entry: Option<usize>,
-) -> Result<Measured, ShapeError> {
-    read(path, name, entry).map_err(|fault| fault.of(key, path))
+pub(crate) fn measured(key: &str, path: &Path, name: Option<&str>) -> Result<Measured, ShapeError> {
+    read(path, name).map_err(|fault| fault.of(key, path))
 }
 
-fn read(path: &Path, name: Option<&str>, entry: Option<usize>) -> Result<Measured, Fault> {
+fn read(path: &Path, name: Option<&str>) -> Result<Measured, Fault> {
     if is_picture(path) {
         let picture = decode::read(path, USUAL_SIDE)?;
         let (channels, values) = picture.plain();
@@ -57,10 +111,11 @@ fn read(path: &Path, name: Option<&str>, entry: Option<usize>) -> Result<Measure
         let note = picture.note.map(|said| format!("`{}` {said}", path.display()));
         return Ok(Measured { shape, values, note });
     }
-    let array = match entry {
-        None => npz::read(path, name)?,
-        Some(entry) => npz::read_entry(path, name, Entry::At(entry))?,
-    };
+    finite(npz::read(path, name)?)
+}
+
+/// An array as it is, where all of it is finite.
+fn finite(array: Array) -> Result<Measured, Fault> {
     array.refuse_not_finite()?;
     Ok(Measured {
         shape: array.shape,

@@ -8,6 +8,7 @@ use zip::read::ZipFile;
 use zip::result::ZipError;
 use zip::{CompressionMethod, ZipArchive};
 
+use super::ending::ends_with;
 use super::error::Fault;
 use super::npy::{self, Array, Entry, read_array};
 
@@ -31,23 +32,29 @@ type How<'a, R> = &'a dyn Fn(&mut dyn Read) -> Result<R, Fault>;
 
 fn read_by<R>(path: &Path, name: Option<&str>, read: How<'_, R>) -> Result<R, Fault> {
     let mut file = BufReader::new(File::open(path)?);
-    let extension = path
-        .extension()
-        .and_then(|extension| extension.to_str())
-        .unwrap_or("")
-        .to_ascii_lowercase();
-    match (extension.as_str(), name) {
-        ("npy", None) => read(&mut file),
-        ("npy", Some(_)) => Err(Fault::content(
+    check_ending(path, name)?;
+    match name {
+        None if ends_with(path, "npy") => read(&mut file),
+        None => read_member(file, &sole_name(path)?, read),
+        Some(name) => read_member(file, name, read),
+    }
+}
+
+/// Refuses what is neither a `.npy`, which has no name in it, nor a `.npz`.
+pub(super) fn check_ending(path: &Path, name: Option<&str>) -> Result<(), Fault> {
+    let one = ends_with(path, "npy");
+    if one && name.is_some() {
+        Err(Fault::content(
             "is one array, and `name` is given",
             "remove `name`",
-        )),
-        ("npz", Some(name)) => read_member(file, name, read),
-        ("npz", None) => read_member(file, &sole_name(path)?, read),
-        _ => Err(Fault::content(
+        ))
+    } else if one || ends_with(path, "npz") {
+        Ok(())
+    } else {
+        Err(Fault::content(
             "has an unknown extension",
             "files are .npy, .npz or .vdb",
-        )),
+        ))
     }
 }
 

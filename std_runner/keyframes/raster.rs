@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
+use super::check::FAINTEST;
+use super::ending::ends_with;
 use super::mesh::{Edge, Placed};
 use super::npy::Entry;
 use super::solid::Solid;
 use super::{Canvas, Note, ShapeError, ShapeSpec, array, build, image, mesh, vdb};
 
-/// A shape whose largest density stays below this puts nothing into the box.
-const FAINTEST: f64 = 0.01;
 /// The largest `density` that a shape may have.
 pub(crate) const DENSEST: f64 = 1e6;
 
@@ -98,7 +98,7 @@ impl ShapeSpec {
         }
         if let Some(path) = &self.file {
             let path = base.join(path);
-            if is_volume(&path) {
+            if ends_with(&path, "vdb") {
                 return vdb::draw(&path, self.name.as_deref(), &placed, canvas, notes);
             }
             let entry = match &self.entry {
@@ -147,7 +147,7 @@ impl ShapeSpec {
 
     fn refuse_stray_keys(&self, shape: &str) -> Result<(), ShapeError> {
         // A volume is placed as a mesh is, and has no entries.
-        let is_volume = self.file.as_deref().is_some_and(is_volume);
+        let is_volume = self.file.as_deref().is_some_and(|file| ends_with(file, "vdb"));
         let placed = if is_volume { "file" } else { "mesh" };
         let owned = [
             ("font", "text", self.font.is_some()),
@@ -195,12 +195,6 @@ impl ShapeSpec {
         }
         Ok(density)
     }
-}
-
-/// Whether a file is one of OpenVDB by its name.
-fn is_volume(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("vdb"))
 }
 
 /// The sum of the shapes, clipped to 1 (or to the largest `density` that one of them asks for).

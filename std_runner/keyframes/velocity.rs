@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::ending::ends_with;
 use super::error::Fault;
 use super::npz;
 use super::{Canvas, ShapeError};
@@ -42,10 +43,7 @@ fn read(path: &Path, canvas: &Canvas, shape: Shape) -> Result<Vec<Vec<f64>>, Sha
 }
 
 fn component(path: &Path, (name, expected): (&'static str, Vec<usize>)) -> Result<Vec<f64>, Fault> {
-    if path
-        .extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("npy"))
-    {
+    if ends_with(path, "npy") {
         return Err(Fault::content(
             "is one array",
             "save velocity_x, velocity_y (and velocity_z) together by numpy.savez",

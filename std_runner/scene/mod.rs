@@ -8,6 +8,7 @@ mod keys;
 mod kinds;
 mod method;
 mod model;
+mod numbered;
 mod place;
 mod raw;
 mod schema;
@@ -19,6 +20,7 @@ pub(crate) use check::shown;
 pub use document::Document;
 pub(crate) use method::{choose, section, steering};
 pub use model::{Control, Flow, FluidsSection, Grid, Keyframe, MethodSection, Output, Scene, Time};
+pub(crate) use numbered::Numbered;
 pub(crate) use raw::read;
 pub use schema::schema;
 pub(crate) use sequence::files_of;
@@ -47,6 +49,19 @@ impl Scene {
             document.set(assignment)?;
         }
         Self::free_of(document)
+    }
+
+    /// As [`Self::load`], or where there is no keyframe as [`Self::load_free`].
+    pub fn load_any(path: &Path, assignments: &[String]) -> Result<Self, Failure> {
+        let mut document = Document::read(path)?;
+        for assignment in assignments {
+            document.set(assignment)?;
+        }
+        if document.table().contains_key("keyframe") {
+            build::scene(document)
+        } else {
+            Self::free_of(document)
+        }
     }
 
     /// As [`Self::load_free`], of a document that is complete.

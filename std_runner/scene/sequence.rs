@@ -1,6 +1,7 @@
 //! `steps = { from, every }` of a keyframe: a shape for each of many steps, from many files or one array.
 
 use super::document::Document;
+use super::numbered::Numbered;
 use crate::exit::Failure;
 use crate::keyframes::{ShapeSpec, steps_of_array};
 use core::ops::RangeInclusive;
@@ -86,14 +87,23 @@ impl Steps {
     }
 }
 
-/// The shapes of all files whose names fit `pattern`, by name.
+/// The shapes of all files whose names fit `pattern`, by number where they have one.
 fn by_pattern(
     document: &Document,
     key: &str,
     pattern: &str,
     shape: &ShapeSpec,
 ) -> Result<Vec<ShapeSpec>, Failure> {
-    let paths = files_of(document, &format!("{key}.files"), pattern)?;
+    let key = format!("{key}.files");
+    let files = files_of(document, &key, pattern)?;
+    if let Some(gap) = files.gap(0, files.paths.len()) {
+        let why = format!(
+            "is \"{pattern}\", and number {} is missing between {} and {}; add it, give the files without it other numbers, or write a [[keyframe]] for each",
+            gap.missing, gap.before, gap.after
+        );
+        return Err(document.refuse(&key, why));
+    }
+    let paths = files.paths;
     // Shapes look for their files from the folder of the scene on.
     let folder = document.folder();
     let relative = |path: &PathBuf| path.strip_prefix(folder).unwrap_or(path).to_owned();
@@ -105,7 +115,7 @@ fn by_pattern(
 }
 
 /// All files whose names fit `pattern`, which stands at `key`, by number where they have one.
-pub(crate) fn files_of(document: &Document, key: &str, pattern: &str) -> Result<Vec<PathBuf>, Failure> {
+pub(crate) fn files_of(document: &Document, key: &str, pattern: &str) -> Result<Numbered, Failure> {
     let path = document.folder().join(pattern);
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
     let Some((before, after)) = name.as_deref().and_then(|name| name.split_once('*')) else {
@@ -137,28 +147,15 @@ pub(crate) fn files_of(document: &Document, key: &str, pattern: &str) -> Result<
         })
     };
     let paths = entries.filter_map(|entry| Some(path.with_file_name(entry.ok()?.file_name())));
-    let mut paths: Vec<PathBuf> = paths.filter(fits).collect();
-    paths.sort_by_key(|path| number_of(path, before.len(), after.len()));
-    if paths.is_empty() {
+    let files = Numbered::of(paths.filter(fits));
+    if files.paths.is_empty() {
         let why = format!(
             "is \"{pattern}\", which fits no file in {}; correct it",
             folder.display()
         );
         return Err(document.refuse(key, why));
     }
-    Ok(paths)
-}
-
-/// What stands in the place of the `*`: by number where it is one, else by its letters.
-fn number_of(path: &Path, before: usize, after: usize) -> (Option<u64>, String) {
-    let name = path
-        .file_name()
-        .map_or(String::new(), |name| name.to_string_lossy().into_owned());
-    let middle = name
-        .get(before..name.len().saturating_sub(after))
-        .unwrap_or(&name)
-        .to_owned();
-    (middle.parse().ok(), middle)
+    Ok(files)
 }
 
 /// How many steps one array has.

@@ -61,6 +61,7 @@ pub(super) struct RawCamera {
     pub array: Option<String>,
     pub files: Option<String>,
     pub background: Option<RawBackground>,
+    pub scale: Option<f64>,
     /// Of a novel view without pictures.
     pub size: Option<Vec<usize>>,
 }

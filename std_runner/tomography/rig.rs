@@ -26,14 +26,14 @@ const DISTANCE: f64 = 1.5;
 /// Takes the photographs and writes the folder of views.
 pub(crate) fn photograph(rig: &Rig, exec: &dyn Exec) -> Result<Destination, Failure> {
     let subject = Subject::of(rig)?;
-    let frames = rig.frames.clone().unwrap_or(0..=subject.frames - 1);
-    if *frames.end() >= subject.frames || frames.is_empty() {
+    let frames = rig.frames.clone().unwrap_or(0..=subject.frames() - 1);
+    if *frames.end() >= subject.frames() || frames.is_empty() {
         return Err(Failure::Input(format!(
             "--frames {}..{}: {} has the frames 0 to {}; name some of those",
             frames.start(),
             frames.end(),
-            subject.path.display(),
-            subject.frames - 1
+            subject.path().display(),
+            subject.frames() - 1
         )));
     }
     let mut destination = Destination::check_for(&rig.folder, "views.json", planned(rig))?;

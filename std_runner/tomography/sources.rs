@@ -3,9 +3,9 @@
 use super::raw::{RawBackground, RawCamera};
 use crate::deblur::Light;
 use crate::exit::Failure;
-use crate::keyframes::{Measured, ShapeError, entries, is_picture, measured};
-use crate::scene::{Document, files_of};
-use std::path::{Path, PathBuf};
+use crate::keyframes::{Measured, Measurements, ShapeError, is_picture, measured};
+use crate::scene::{Document, Numbered, files_of};
+use std::path::PathBuf;
 
 /// The pictures of a camera.
 pub(super) struct Source {
@@ -13,6 +13,8 @@ pub(super) struct Source {
     /// How they store light.
     light: Light,
     background: Background,
+    /// What its pixels are multiplied by, beside those of all cameras.
+    scale: f64,
 }
 
 /// What is seen without smoke.
@@ -47,7 +49,12 @@ impl Source {
             pictures: Pictures::of(document, key, raw, dims)?,
             light,
             background: Background::Level(0.0),
+            scale: raw.scale.unwrap_or(1.0),
         };
+        if !(source.scale > 0.0 && source.scale.is_finite()) {
+            let why = format!("is {}; write a number above 0", source.scale);
+            return Err(document.refuse(&format!("{key}.scale"), why));
+        }
         let place = format!("{key}.background");
         source.background = match &raw.background {
             None => return Ok(source),
@@ -60,7 +67,7 @@ impl Source {
             }
             Some(RawBackground::File(file)) => {
                 let path = document.folder().join(file);
-                let found = measured("background", &path, None, None).map_err(refuse(document, &place))?;
+                let found = measured("background", &path, None).map_err(refuse(document, &place))?;
                 let (found, first) = (source.as_light(found), source.read(document, key, 0)?);
                 if found.shape != first.shape {
                     let why = format!(
@@ -91,12 +98,13 @@ impl Source {
     pub fn is_for_screens(&self) -> bool {
         let files = match &self.pictures {
             Pictures::Files(files) => files.as_slice(),
-            Pictures::Array { path, .. } | Pictures::One { path, .. } => core::slice::from_ref(path),
+            Pictures::One { path, .. } => core::slice::from_ref(path),
+            Pictures::Array(_) => &[],
         };
         files.iter().any(|file| Light::of(file) == Light::Srgb)
     }
 
-    /// The picture of a frame, in grey, what its background leaves of it.
+    /// The picture of a frame, in grey, what its background leaves of it, times its scale.
     pub fn read(&self, document: &Document, key: &str, frame: usize) -> Result<Measured, Failure> {
         let mut picture = self.as_light(self.pictures.read(document, key, frame)?);
         let less = |value: &mut f64, by: f64| {
@@ -110,6 +118,9 @@ impl Source {
                 let pairs = picture.values.iter_mut().zip(values);
                 pairs.for_each(|(value, by)| less(value, *by));
             }
+        }
+        if self.scale != 1.0 {
+            picture.values.iter_mut().for_each(|value| *value *= self.scale);
         }
         Ok(picture)
     }
@@ -129,11 +140,7 @@ enum Pictures {
     /// One file a frame, in the order of the frames.
     Files(Vec<PathBuf>),
     /// Entries along the first axis of an array.
-    Array {
-        path: PathBuf,
-        name: Option<String>,
-        frames: usize,
-    },
+    Array(Box<Measurements>),
     /// One picture.
     One { path: PathBuf, name: Option<String> },
 }
@@ -145,7 +152,7 @@ impl Pictures {
             (Some(pattern), None) => {
                 let files = files_of(document, &format!("{key}.files"), pattern)?;
                 no_gap(document, &format!("{key}.files"), pattern, &files)?;
-                Ok(Self::Files(files))
+                Ok(Self::Files(files.paths))
             }
             (None, Some(file)) => {
                 let (path, name) = (document.folder().join(file), raw.array.clone());
@@ -157,8 +164,9 @@ impl Pictures {
                 if axes < dims || is_picture(&path) {
                     return Ok(one);
                 }
-                let frames = entries("file", &path, name.as_deref()).map_err(refuse(document, key))?;
-                Ok(Self::Array { path, name, frames })
+                let held = Measurements::open("file", &path, name.as_deref());
+                held.map(|held| Self::Array(Box::new(held)))
+                    .map_err(refuse(document, key))
             }
             _ => {
                 let why = "needs its pictures; write files = \"front_*.png\" (or .npy), or file = \"views.npz\" with array = \"front\"";
@@ -171,7 +179,7 @@ impl Pictures {
     fn frames(&self) -> usize {
         match self {
             Self::Files(files) => files.len(),
-            Self::Array { frames, .. } => *frames,
+            Self::Array(held) => held.count(),
             Self::One { .. } => 1,
         }
     }
@@ -183,12 +191,9 @@ impl Pictures {
                 .get(frame)
                 .map(|path| path.display().to_string())
                 .unwrap_or_default(),
-            Self::Array { path, name, .. } => {
-                format!(
-                    "{}, {}[{frame}]",
-                    path.display(),
-                    name.as_deref().unwrap_or_default()
-                )
+            Self::Array(held) => {
+                let name = held.name().unwrap_or_default();
+                format!("{}, {name}[{frame}]", held.path().display())
             }
             Self::One { path, .. } => path.display().to_string(),
         }
@@ -196,14 +201,13 @@ impl Pictures {
 
     /// The picture of a frame, as it is stored.
     fn read(&self, document: &Document, key: &str, frame: usize) -> Result<Measured, Failure> {
-        let read = |path: &Path, name: Option<&str>, entry| measured("file", path, name, entry);
         let picture = match self {
             Self::Files(files) => match files.get(frame) {
-                Some(path) => read(path, None, None),
+                Some(path) => measured("file", path, None),
                 None => return Err(document.refuse(key, format!("has no picture {frame}"))),
             },
-            Self::Array { path, name, .. } => read(path, name.as_deref(), Some(frame)),
-            Self::One { path, name } => read(path, name.as_deref(), None),
+            Self::Array(held) => held.read(frame),
+            Self::One { path, name } => measured("file", path, name.as_deref()),
         };
         picture.map_err(refuse(document, key))
     }
@@ -217,30 +221,14 @@ pub(super) fn refuse<'a>(document: &'a Document, key: &'a str) -> impl Fn(ShapeE
 }
 
 /// Refuses a sequence whose numbers leave one out.
-fn no_gap(document: &Document, key: &str, pattern: &str, files: &[PathBuf]) -> Result<(), Failure> {
-    let name = Path::new(pattern)
-        .file_name()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned();
-    let (before, after) = name.split_once('*').unwrap_or_default();
-    let number = |path: &PathBuf| -> Option<u64> {
-        let name = path.file_name()?.to_str()?;
-        name.strip_prefix(before)?.strip_suffix(after)?.parse().ok()
-    };
-    let numbers: Vec<u64> = files.iter().filter_map(number).collect();
-    if numbers.len() != files.len() {
-        return Ok(());
-    }
-    let apart = numbers.windows(2).map(|pair| pair[1] - pair[0]);
-    let least = apart.clone().min().unwrap_or(1);
-    match numbers.windows(2).find(|pair| pair[1] - pair[0] != least) {
+fn no_gap(document: &Document, key: &str, pattern: &str, files: &Numbered) -> Result<(), Failure> {
+    match files.gap(0, files.paths.len()) {
         None => Ok(()),
-        Some(pair) => Err(document.refuse(
+        Some(gap) => Err(document.refuse(
             key,
             format!(
                 "is \"{pattern}\", and the frame {} is missing between {} and {}; put it there, or give the frames without it other numbers",
-                pair[0] + least, pair[0], pair[1]
+                gap.missing, gap.before, gap.after
             ),
         )),
     }

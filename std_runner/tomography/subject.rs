@@ -1,10 +1,10 @@
 //! What is photographed: the densities of a result or of a file.
 
 use crate::exit::Failure;
-use crate::keyframes::{Measured, entries, measured};
+use crate::keyframes::{Measured, Measurements};
 use core::ops::RangeInclusive;
 use serde_json::Value;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What is photographed, and how.
 #[derive(Clone)]
@@ -27,11 +27,9 @@ pub(crate) struct Rig {
 
 /// The density that is photographed.
 pub(super) struct Subject {
-    pub path: PathBuf,
-    array: Option<String>,
+    held: Measurements,
     pub length: f64,
     pub dt: f64,
-    pub frames: usize,
     /// Cells along x, y (and z).
     pub cells: Vec<usize>,
 }
@@ -60,8 +58,8 @@ impl Subject {
             .and_then(|text| serde_json::from_str(&text).ok())
             .unwrap_or_default();
         let number = |key: &str| report.get(key).and_then(Value::as_f64).unwrap_or(1.0);
-        let frames = entries("result", &path, array.as_deref()).map_err(failed)?;
-        let first = measured("result", &path, array.as_deref(), Some(0)).map_err(failed)?;
+        let held = Measurements::open("result", &path, array.as_deref()).map_err(failed)?;
+        let first = held.read(0).map_err(failed)?;
         let cells: Vec<usize> = first.shape.iter().rev().copied().collect();
         if !(2..=3).contains(&cells.len()) || cells.iter().any(|&count| count < 2) {
             return Err(Failure::Input(format!(
@@ -74,17 +72,24 @@ impl Subject {
         Ok(Self {
             length: number("length"),
             dt: number("dt"),
-            path,
-            array,
-            frames,
+            held,
             cells,
         })
     }
 
+    /// How many frames it has.
+    pub fn frames(&self) -> usize {
+        self.held.count()
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        self.held.path()
+    }
+
     /// The density of a frame.
     pub fn density(&self, frame: usize) -> Result<Vec<f32>, Failure> {
-        let Measured { values, .. } =
-            measured("result", &self.path, self.array.as_deref(), Some(frame)).map_err(failed)?;
+        let Measured { values, .. } = self.held.read(frame).map_err(failed)?;
         // Transport may undershoot; a camera sees no less than nothing.
         Ok(values.into_iter().map(|value| value.max(0.0) as f32).collect())
     }

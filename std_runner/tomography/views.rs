@@ -8,9 +8,9 @@ use super::settings::{Chosen, chosen};
 use super::sources::{Source, light, refuse};
 use crate::deblur::Light;
 use crate::exit::Failure;
-use crate::keyframes::{Measured, entries, is_picture, measured};
+use crate::keyframes::{Measured, Measurements, is_picture};
 use crate::scene::{Document, read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use thurible_core::tomography::Settings;
 use toml::Value;
 
@@ -32,7 +32,7 @@ pub(super) struct Views {
     /// Cameras that measured nothing.
     pub novel: Vec<Novel>,
     pub settings: Settings,
-    truth: Option<(PathBuf, Option<String>)>,
+    truth: Option<Measurements>,
     /// What was found in the pictures.
     pub notes: Vec<String>,
 }
@@ -226,28 +226,28 @@ impl Views {
         Ok(picture)
     }
 
-    fn truth_of(&self, raw: Option<RawTruth>) -> Result<Option<(PathBuf, Option<String>)>, Failure> {
+    fn truth_of(&self, raw: Option<RawTruth>) -> Result<Option<Measurements>, Failure> {
         let Some(raw) = raw else { return Ok(None) };
-        let truth = (self.document.folder().join(&raw.file), raw.array);
+        let path = self.document.folder().join(&raw.file);
+        let failed = refuse(&self.document, "truth");
+        let truth = Measurements::open("truth.file", &path, raw.array.as_deref()).map_err(&failed)?;
         let shape: Vec<usize> = self.cells.iter().rev().copied().collect();
-        let found = measured("truth.file", &truth.0, truth.1.as_deref(), Some(self.first))
-            .map_err(refuse(&self.document, "truth"))?;
+        let found = truth.read(0).map_err(&failed)?;
         if found.shape != shape {
             let why = format!("has frames of {:?} cells, and the box has {shape:?}", found.shape);
             return Err(self.document.refuse("truth", why));
         }
         // A picture is one frame, whatever the number of the first one.
-        let (count, needed) = if is_picture(&truth.0) {
-            (1, self.frames)
+        let needed = if is_picture(&path) {
+            self.frames
         } else {
-            let count = entries("truth.file", &truth.0, truth.1.as_deref())
-                .map_err(refuse(&self.document, "truth"))?;
-            (count, self.first + self.frames)
+            self.first + self.frames
         };
-        if count < needed {
+        if truth.count() < needed {
             let why = format!(
-                "`{}` has {count} frames, and the pictures need {needed}; give as many, or end before by pictures.last",
-                truth.0.display()
+                "`{}` has {} frames, and the pictures need {needed}; give as many, or end before by pictures.last",
+                path.display(),
+                truth.count()
             );
             return Err(self.document.refuse("truth", why));
         }
@@ -256,8 +256,7 @@ impl Views {
 
     /// The true density of a frame, where it is known.
     pub fn truth(&self, frame: usize) -> Option<Vec<f64>> {
-        let (path, name) = self.truth.as_ref()?;
-        let found = measured("truth.file", path, name.as_deref(), Some(self.first + frame)).ok()?;
+        let found = self.truth.as_ref()?.read(self.first + frame).ok()?;
         Some(found.values)
     }
 

@@ -3,7 +3,7 @@
 use super::scene::{CaptureScene, ENDS};
 use crate::exit::Failure;
 use crate::keyframes::{Frames, Series, ShapeError, has_array, is_picture};
-use crate::scene::{Document, files_of};
+use crate::scene::{Document, Numbered, files_of};
 use std::path::{Path, PathBuf};
 use thurible_core::{Boundary, Named};
 
@@ -70,7 +70,7 @@ pub(super) fn find(scene: &CaptureScene) -> Result<Found, Failure> {
             known,
         });
     }
-    let paths = if path.is_dir() {
+    let files = if path.is_dir() {
         in_folder(document, &path)?
     } else if scene.files.contains('*') {
         files_of(document, KEY, &scene.files)?
@@ -79,9 +79,11 @@ pub(super) fn find(scene: &CaptureScene) -> Result<Found, Failure> {
         return Err(Failure::File(format!("{}: `{KEY}` {why}", document.place(KEY))));
     };
     // Frames that are not tracked may be missing.
-    let end = scene.last.map_or(paths.len(), |last| paths.len().min(last + 1));
-    refuse_gaps(document, paths.get(scene.first..end).unwrap_or(&paths))?;
-    let frames = Frames::of_files(paths, scene.name.as_deref(), scene.ink.as_deref(), KEY).map_err(refuse)?;
+    let count = files.paths.len();
+    let end = scene.last.map_or(count, |last| count.min(last + 1));
+    refuse_gaps(document, &files, scene.first, end)?;
+    let frames =
+        Frames::of_files(files.paths, scene.name.as_deref(), scene.ink.as_deref(), KEY).map_err(refuse)?;
     Ok(Found {
         frames,
         truth: None,
@@ -138,7 +140,7 @@ fn end_of(word: &serde_json::Value) -> Option<Boundary> {
 }
 
 /// The frames of a folder: all files of one kind, by number.
-fn in_folder(document: &Document, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+fn in_folder(document: &Document, folder: &Path) -> Result<Numbered, Failure> {
     let unread = |error: std::io::Error| {
         let why = format!(
             "names {}, which cannot be read ({error}); correct it",
@@ -161,10 +163,7 @@ fn in_folder(document: &Document, folder: &Path) -> Result<Vec<PathBuf>, Failure
         .filter(|paths| !paths.is_empty())
         .collect();
     match (kinds.pop(), kinds.is_empty()) {
-        (Some(mut paths), true) => {
-            paths.sort_by_key(|path| (number(path), path.clone()));
-            Ok(paths)
-        }
+        (Some(paths), true) => Ok(Numbered::of(paths)),
         (None, _) => Err(document.refuse(
             KEY,
             format!("names the folder {}, which holds no .npy, .npz, .vdb or pictures; name the folder of the frames", folder.display()),
@@ -180,35 +179,14 @@ fn in_folder(document: &Document, folder: &Path) -> Result<Vec<PathBuf>, Failure
     }
 }
 
-/// The last number in a file's name.
-fn number(path: &Path) -> Option<u64> {
-    let stem = path.file_stem()?.to_string_lossy().into_owned();
-    let end = stem.rfind(|letter: char| letter.is_ascii_digit())? + 1;
-    let begin = stem
-        .get(..end)?
-        .rfind(|letter: char| !letter.is_ascii_digit())
-        .map_or(0, |place| place + 1);
-    stem.get(begin..end)?.parse().ok()
-}
-
-/// Refuses numbered files among which one is missing: they are evenly apart.
-fn refuse_gaps(document: &Document, paths: &[PathBuf]) -> Result<(), Failure> {
-    let numbers: Option<Vec<u64>> = paths.iter().map(|path| number(path)).collect();
-    let Some(numbers) = numbers.filter(|numbers| numbers.is_sorted()) else {
-        return Ok(());
-    };
-    let steps = || numbers.windows(2).map(|pair| pair[1] - pair[0]);
-    let usual = steps().min().unwrap_or(1);
-    match steps().position(|step| step != usual) {
+/// Refuses numbered files from number `first` to before number `end` of them among which one is missing: they are evenly apart.
+fn refuse_gaps(document: &Document, files: &Numbered, first: usize, end: usize) -> Result<(), Failure> {
+    match files.gap(first, end) {
         None => Ok(()),
-        Some(at) => {
-            let [before, after] = [at, at + 1].map(|at| {
-                let name = paths.get(at).and_then(|path| path.file_name());
-                name.map_or(String::new(), |name| name.to_string_lossy().into_owned())
-            });
+        Some(gap) => {
             let why = format!(
-                "lacks frame {} between {before} and {after}; add it, or track the frames before and after it on their own by capture.first and capture.last",
-                numbers[at] + usual
+                "lacks frame {} between {} and {}; add it, or track the frames before and after it on their own by capture.first and capture.last",
+                gap.missing, gap.before, gap.after
             );
             Err(document.refuse(KEY, why))
         }

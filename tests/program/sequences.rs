@@ -117,3 +117,23 @@ fn keys_that_would_be_passed_over_are_refused() {
         refused(&seen(&folder, "scene.toml", &folder), &[words, "; "]);
     }
 }
+
+/// A cached frame that is missing would shift all that come after it.
+#[test]
+fn a_missing_number_is_refused() {
+    let keyframe = "steps = { from = 2, every = 1 }\nfiles = \"blob_*\"";
+    let folder = written("gap", keyframe);
+    fs::copy(folder.join("blob_0.npy"), folder.join("blob_3.npy")).unwrap();
+    let said = [
+        "`keyframe[0].files`",
+        "number 2 is missing between blob_1.npy and blob_3.npy",
+    ];
+    refused(&seen(&folder, "scene.toml", &folder), &said);
+    fs::rename(folder.join("blob_3.npy"), folder.join("blob_2.npy")).unwrap();
+    let ended = seen(&folder, "scene.toml", &folder);
+    assert!(
+        ended.code == 0 && ended.out.contains("keyframe[0], step 3"),
+        "{}",
+        ended.err
+    );
+}

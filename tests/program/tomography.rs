@@ -381,7 +381,13 @@ fn levels_of_screens_and_a_background_are_taken_off() {
         .map(|(light, ground)| coded(light + ground))
         .collect();
     let empty: Vec<f64> = ground.iter().map(|&ground| coded(ground)).collect();
-    for (name, values) in [("plain", &light[..]), ("seen", &seen), ("empty", &empty)] {
+    let dim = light.map(|light| light / 4.0);
+    for (name, values) in [
+        ("plain", &light[..]),
+        ("seen", &seen),
+        ("empty", &empty),
+        ("dim", &dim),
+    ] {
         fs::write(folder.join(format!("{name}.npy")), npy(&[8], values)).unwrap();
     }
     let found = |name: &str, pictures: &str, camera: &str| {
@@ -404,6 +410,7 @@ fn levels_of_screens_and_a_background_are_taken_off() {
     let plain = found("plain", "", "");
     let taken = found("seen", "light = \"srgb\"\n", "background = \"empty.npy\"\n");
     assert!(plain.iter().sum::<f64>() > 0.1);
+    assert_eq!(found("dim", "", "scale = 4.0\n"), plain);
     for (plain, taken) in plain.iter().zip(&taken) {
         assert!((plain - taken).abs() < 1e-5, "{plain} and {taken}");
     }
@@ -413,6 +420,7 @@ fn levels_of_screens_and_a_background_are_taken_off() {
         ("", "background = -1.0\n", "write a number from 0"),
         ("", "background = \"short.npy\"\n", "give one of the same size"),
         ("", "background = \"none.npy\"\n", "none.npy"),
+        ("", "scale = 0.0\n", "camera[0].scale"),
     ] {
         let text = format!(
             "[box]\ncells = [8, 8]\n[pictures]\n{pictures}[[camera]]\nazimuth = 0.0\npitch = 0.125\nfile = \"seen.npy\"\n{camera}"

@@ -6,6 +6,7 @@ use image::ImageFormat;
 
 use super::pixels::Pixels;
 use super::{exr, matte, photo, png, svg, tiff, webp};
+use crate::keyframes::ending::ends_with;
 use crate::keyframes::error::Fault;
 use crate::keyframes::whole::whole;
 
@@ -14,20 +15,14 @@ const ENDINGS: [&str; 9] = ["png", "jpg", "jpeg", "tif", "tiff", "webp", "exr", 
 
 /// Whether a file is a picture by its name.
 pub(crate) fn is_picture(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| {
-        ENDINGS
-            .iter()
-            .any(|ending| extension.eq_ignore_ascii_case(ending))
-    })
+    ENDINGS.iter().any(|ending| ends_with(path, ending))
 }
 
 /// Decodes the picture at `path`; one of curves gets `side` pixels along its longer side.
 pub(in crate::keyframes) fn read(path: &Path, side: usize) -> Result<Pixels, Fault> {
     let bytes = whole(path, 1, "make it smaller: the size of the grid is enough")?;
     let starts = |magic: &[u8]| bytes.starts_with(magic);
-    let is_png = path
-        .extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
+    let is_png = ends_with(path, "png");
     if starts(b"\xff\xd8\xff") {
         photo::read(&bytes, ImageFormat::Jpeg)
     } else if starts(b"II*\0") || starts(b"MM\0*") || starts(b"II+\0") || starts(b"MM\0+") {

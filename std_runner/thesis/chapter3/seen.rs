@@ -3,7 +3,7 @@
 use super::super::bench::{Bench, Halt, Made};
 use super::super::pictures::plane;
 use super::super::truth::unread;
-use crate::keyframes::measured;
+use crate::keyframes::Measurements;
 use crate::output::Tone;
 use crate::report::Shot;
 use crate::tomography::Rig;
@@ -58,8 +58,10 @@ pub(super) fn photographs(
     first: bool,
     name: &str,
 ) -> Result<Vec<Shot>, Halt> {
-    let read =
-        |archive: &Path, array: &str| measured("result", archive, Some(array), Some(0)).map_err(unread);
+    let read = |archive: &Path, array: &str| {
+        let all = Measurements::open("result", archive, Some(array));
+        all.and_then(|all| all.read(0)).map_err(unread)
+    };
     let seen = read(archive, camera)?;
     let shown = read(&made.archive(), array)?;
     let full = seen.values.iter().copied().fold(f64::MIN_POSITIVE, f64::max);

@@ -7,7 +7,7 @@ use super::super::sheet::{Row, Sheet};
 use super::super::truth::{Capture, Play};
 use super::seen::{NEXT, Novel, photographs};
 use super::shepp_logan::rig;
-use crate::keyframes::measured;
+use crate::keyframes::Measurements;
 use crate::report::{Block, product};
 use crate::tomography::Rig;
 use std::path::Path;
@@ -291,7 +291,7 @@ fn row(stage: &Stage<'_>, capture: &Capture, way: &Way, full: f64, made: &Made) 
 
 /// The largest density of the first frame of an archive.
 fn brightest(archive: &Path) -> Result<f64, Halt> {
-    let read = measured("truth", archive, Some("density"), Some(0));
+    let read = Measurements::open("truth", archive, Some("density")).and_then(|all| all.read(0));
     let values = read.map_err(super::super::truth::unread)?.values;
     Ok(values.into_iter().fold(f64::MIN_POSITIVE, f64::max))
 }

@@ -107,7 +107,7 @@ impl Bench<'_> {
 
 /// The restored image of a run, as screens show light.
 pub(super) fn restored(caption: &str, made: &Made) -> Result<Shot, Halt> {
-    let image = measured("result", &made.archive(), Some("image"), None).map_err(unread)?;
+    let image = measured("result", &made.archive(), Some("image")).map_err(unread)?;
     let width = image.shape.get(1).copied().unwrap_or(1);
     shot(
         caption,
