@@ -1,5 +1,6 @@
-//! Room on discs: how much there is, and whether a result finds enough.
+//! Room on discs: how much there is, and what files take.
 
+use std::fs;
 use std::path::Path;
 
 /// Bytes that the user may still write to the disc of `folder`, or of the closest folder above it that is there; `None` where the system
@@ -11,13 +12,25 @@ pub fn free_at(folder: &Path) -> Option<u64> {
     (found.total_space() > 0).then(|| found.available_space())
 }
 
+/// Bytes of the files in `folder` and below, as far as they can be seen; of those in it whose names `count`.
+pub fn taken(folder: &Path, count: &dyn Fn(&str) -> bool) -> u64 {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let counted = entries.filter(|entry| entry.file_name().to_str().is_some_and(count));
+    counted
+        .map(|entry| match entry.metadata() {
+            Ok(found) if found.is_dir() => taken(&entry.path(), &|_| true),
+            found => found.map_or(0, |found| found.len()),
+        })
+        .sum()
+}
+
 /// Whether two folders, or the closest ones above them that are there, are on one disc; yes where the system does not say.
 #[cfg(unix)]
 pub fn are_on_one_disc(one: &Path, other: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
     let device = |folder: &Path| {
         let there = folder.ancestors().find(|folder| folder.is_dir())?;
-        std::fs::metadata(there).ok().map(|found| found.dev())
+        fs::metadata(there).ok().map(|found| found.dev())
     };
     device(one)
         .zip(device(other))

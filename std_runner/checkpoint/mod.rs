@@ -22,7 +22,7 @@ pub(crate) use needs::Needs;
 pub(crate) use open::{Found, damaged, is_there, open, read, refuse_states, sums_of};
 pub(crate) use parts::{PartFiles, Place, Saving};
 pub(crate) use sealed::{Sealed, Unsealed};
-pub(crate) use solve::{Cut, Earlier, Options, Solve, unlike_ranks};
+pub(crate) use solve::{Cut, Earlier, Options, Solve, report_sum, unlike_ranks};
 pub(crate) use words::Words;
 
 use crate::destination::{place_of, shown};
@@ -31,6 +31,9 @@ use std::path::{Path, PathBuf};
 
 /// The states of a folder: the later one takes the place of the one before the last.
 const SLOTS: [&str; 2] = ["state.0", "state.1"];
+
+/// What the name of a folder of states ends with.
+const ENDING: &str = ".checkpoint";
 
 /// Where a state grows.
 const PART: &str = "state.part";
@@ -44,10 +47,16 @@ pub(crate) fn is_state_or_lock(name: &str) -> bool {
 fn beside(folder: &Path) -> PathBuf {
     let named = |folder: &Path| {
         let mut name = folder.file_name().unwrap_or("out".as_ref()).to_owned();
-        name.push(".checkpoint");
+        name.push(ENDING);
         folder.with_file_name(name)
     };
     shown(&named(folder), &named(&place_of(folder)))
+}
+
+/// The result folder beside which the folder of states `place` lies, where its name says so.
+fn result_of(place: &Path) -> Option<PathBuf> {
+    let name = place.file_name()?.to_str()?.strip_suffix(ENDING)?;
+    (!name.is_empty()).then(|| place.with_file_name(name))
 }
 
 /// Whether there is a state in a folder of states.

@@ -4,7 +4,6 @@ use super::{SLOTS, is_state_or_lock};
 use crate::destination::Destination;
 use crate::exit::Failure;
 use crate::{bytes, room};
-use std::fs;
 use std::path::Path;
 
 /// Bytes that a solve is going to write.
@@ -103,7 +102,11 @@ impl Needs {
         };
         // Two are kept while the third is written; those that are there already have their room, and so has what has grown.
         let there = SLOTS.iter().filter(|slot| place.join(slot).is_file()).count() as u64;
-        let grown = if goes_on { grown(place) } else { 0 };
+        let grown = if goes_on {
+            room::taken(place, &|name| !is_state_or_lock(name))
+        } else {
+            0
+        };
         let writes = Writes {
             result: self.result,
             growing: self.growing.saturating_sub(grown),
@@ -170,20 +173,6 @@ impl Writes {
             ),
         }
     }
-}
-
-/// Bytes of what has grown at `place` beside the states.
-fn grown(place: &Path) -> u64 {
-    let entries = fs::read_dir(place).into_iter().flatten().flatten();
-    let others = entries.filter(|entry| {
-        entry
-            .file_name()
-            .to_str()
-            .is_some_and(|name| !is_state_or_lock(name))
-    });
-    others
-        .filter_map(|entry| Some(entry.metadata().ok()?.len()))
-        .sum()
 }
 
 #[cfg(test)]

@@ -2,15 +2,18 @@
 
 use super::parts::{are_whole, sums};
 use super::words::MANY;
-use super::{PART, PartFiles, SLOTS, Saving, Sealed, Solve, Unsealed, Words, beside, has_states};
+use super::{PART, PartFiles, SLOTS, Saving, Sealed, Solve, Unsealed, Words, beside, has_states, result_of};
+use crate::destination::place_of;
 use crate::exit::Failure;
 use crate::held::{LOCK, hold, remove};
+use crate::report::REPORT;
 use core::cmp::Reverse;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use thurible_core::checkpoint::Refused;
+use thurible_core::{Named, Status};
 
 /// A state to go on from.
 #[derive(Clone, Debug)]
@@ -38,10 +41,14 @@ pub(crate) fn open(folder: &Path) -> Result<Found, Failure> {
     let places = [folder.to_owned(), beside(folder)];
     let shown = folder.display();
     let place = places.iter().find(|place| has_states(place)).ok_or_else(|| {
-        let why = if folder.join("report.json").is_file() {
-            "its solve was finished, and nothing is left to go on with"
-        } else {
-            "there is no state of a solve in it or beside it"
+        let report = fs::read(folder.join(REPORT));
+        let report = report.map(|text| serde_json::from_slice::<serde_json::Value>(&text).unwrap_or_default());
+        let why = match report {
+            Ok(report) if report.get("status").is_some_and(|status| status == Status::Cancelled.name()) => {
+                "its solve was interrupted and kept no state; solve anew with --force, and with --checkpoint every=60s where it may be interrupted again"
+            }
+            Ok(_) => "its solve was finished, and nothing is left to go on with",
+            Err(_) => "there is no state of a solve in it or beside it",
         };
         Failure::File(format!("cannot go on with {shown}: {why}; give the folder of a solve that was not finished, or of its states"))
     })?;
@@ -69,11 +76,17 @@ pub(crate) fn open(folder: &Path) -> Result<Found, Failure> {
         .into_iter()
         .find_map(|(slot, solve)| tell(&slot, with_parts(&slot, solve)));
     let broken = broken.join(", ");
-    let (slot, solve) = latest.ok_or_else(|| {
+    let (slot, mut solve) = latest.ok_or_else(|| {
         Failure::File(format!(
             "cannot go on with {shown}: {broken}; solve anew with --force"
         ))
     })?;
+    // Who moved the result and its states, or a folder above them, wants it where they are now.
+    if let Some(home) = result_of(place)
+        && place_of(&home) != place_of(&solve.options.folder)
+    {
+        solve.move_to(home);
+    }
     Ok(Found {
         place: place.clone(),
         lock: Arc::new(lock),

@@ -3,9 +3,10 @@
 use super::inputs::Input;
 use crate::among::told;
 use crate::exit::Failure;
-use crate::report::ARCHIVE;
+use crate::report::{ARCHIVE, REPORT};
 use crate::scene::Document;
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 use thurible_core::exec::Ranks;
@@ -103,6 +104,9 @@ pub(crate) struct Options {
     /// The result folder, absolute, and as the user knows it.
     pub folder: PathBuf,
     pub shown: PathBuf,
+    /// The checksum of the report of a result that was there when it began, over which it may be written.
+    #[serde(default)]
+    pub over: Option<u64>,
     /// Whether pictures are drawn.
     pub images: bool,
     /// Earlier results that it begins with or is guided by.
@@ -201,6 +205,27 @@ impl Solve {
             && self.options.precision == precision
     }
 
+    /// Whether the result in `folder` is one that this solve may be written over: the one that was there when it began, or one of its own
+    /// scene, as an interrupted solve leaves it.
+    pub fn may_replace(&self, folder: &Path) -> bool {
+        let Some(sum) = report_sum(folder) else {
+            return true;
+        };
+        let text = fs::read_to_string(folder.join(REPORT)).unwrap_or_default();
+        let report: Value = serde_json::from_str(&text).unwrap_or_default();
+        let is_own = || {
+            report.get("scene").and_then(Value::as_str) == Some(&self.text)
+                && report.get("overrides") == Some(&json!(self.assignments))
+        };
+        self.options.over == Some(sum) || is_own()
+    }
+
+    /// The result goes to `folder`, beside which the states are now.
+    pub fn move_to(&mut self, folder: PathBuf) {
+        self.options.folder = std::path::absolute(&folder).unwrap_or_else(|_| folder.clone());
+        self.options.shown = folder;
+    }
+
     /// Where the result goes, as the user knows it if he is where he was.
     pub fn destination(&self) -> &Path {
         let here = std::env::current_dir().unwrap_or_default();
@@ -210,6 +235,13 @@ impl Solve {
             &self.options.folder
         }
     }
+}
+
+/// The checksum of the report of the result in `folder`, if there is one.
+pub(crate) fn report_sum(folder: &Path) -> Option<u64> {
+    Input::now(&folder.join(REPORT))
+        .ok()
+        .map(|report| report.digest())
 }
 
 /// What the first rank says is of a program that is not this one.

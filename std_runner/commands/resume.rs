@@ -148,8 +148,8 @@ fn asked(solve: &Solve, damaged: &dyn Fn() -> Failure, on: On<'_>) -> Result<(Ru
     let scene = scene_of(solve, damaged)?;
     let own = solve.destination();
     let folder = on.output.unwrap_or(own);
-    // What its own folder held, it was allowed to write over when it began.
-    let is_own = place_of(folder) == place_of(own);
+    // What its own folder held, it was allowed to write over when it began; what came there since it was not.
+    let is_own = place_of(folder) == place_of(own) && solve.may_replace(folder);
     let origin = |earlier: &checkpoint::Earlier, option| {
         let (_, folder, step) = earlier.clone()?;
         Some(Origin { option, folder, step })

@@ -23,6 +23,8 @@ const CELL: usize = 112;
 const ENCODER: usize = 1 << 20;
 /// Pixels to a byte of a PNG file, at least; and how often the page holds a file while it is put together, about.
 const PACKED: usize = 2;
+/// As many in a picture of smoke, usually.
+const USUALLY_PACKED: usize = 16;
 const COPIES: usize = 5;
 
 /// The file of the animation.
@@ -66,6 +68,14 @@ impl Gallery {
         let making = rayon::current_num_threads().max(1) * (CELL * cells + PIXEL * pixels + ENCODER);
         let files = STRIP + 4 * densities.keyframes.len() + if images { densities.steps + 1 } else { 0 };
         are_free(making + files * (pixels / PACKED) * COPIES)
+    }
+
+    /// Bytes that pictures of `steps` steps and so many keyframes take on a disc, about: on the page, where four letters stand for three bytes, and with
+    /// `images` as files and in the animation, which is on the page too.
+    pub fn bytes(cells: &[usize], steps: usize, keyframes: usize, images: bool) -> usize {
+        let files = if images { steps + 1 } else { 0 };
+        let on_the_page = 4 * (STRIP + 4 * keyframes + files) / 3;
+        (on_the_page + 2 * files) * (Smoke::pixels(cells) / USUALLY_PACKED)
     }
 
     /// Draws everything; with `images`, writes `frames/frame_0000.png` and so on and `animation.png` too.

@@ -44,12 +44,12 @@ use crate::output::{
 
 /// The arrays of a result.
 pub(crate) const ARCHIVE: &str = "result.npz";
+/// What is said of it.
+pub(crate) const REPORT: &str = "report.json";
 
 /// The files of a result with densities 0 ..= `steps`, with `images` those of its pictures too, relative to its folder.
 pub(crate) fn files(steps: usize, images: bool) -> Vec<PathBuf> {
-    let mut files: Vec<PathBuf> = [ARCHIVE, "report.json", "report.html"]
-        .map(PathBuf::from)
-        .to_vec();
+    let mut files: Vec<PathBuf> = [ARCHIVE, REPORT, "report.html"].map(PathBuf::from).to_vec();
     if images {
         files.push(ANIMATION.into());
         files.extend((0..=steps).map(frame));
@@ -69,7 +69,7 @@ pub fn write_numbers(folder: &Path, frames: &mut dyn Frames, record: &RunRecord)
 
 /// Writes `report.json` into `folder`.
 pub(crate) fn write_record(folder: &Path, record: &RunRecord) -> Result<(), OutputError> {
-    let path = folder.join("report.json");
+    let path = folder.join(REPORT);
     write_whole(&path, |file| {
         serde_json::to_writer_pretty(file, record).map_err(OutputError::of(&path))
     })

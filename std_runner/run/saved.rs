@@ -6,10 +6,11 @@ use super::job::Job;
 use super::request::{Request, RunOptions};
 use crate::checkpoint::{
     Begin, Cut, Every, Found, Inputs, Keeper, Needs, Options, PartFiles, Place, Saving, Unsealed, Words,
-    damaged, inputs_of, read, sums_of,
+    damaged, inputs_of, read, report_sum, sums_of,
 };
 use crate::destination::Destination;
 use crate::exit::Failure;
+use crate::output::Gallery;
 use crate::problem::{OwnedProblem, Precision};
 use crate::progress::{Clock, Spent, Watch};
 use crate::report::{Facts, IterationRecord, ObjectiveRecord};
@@ -258,13 +259,16 @@ impl KeptSolve<'_> {
         began_with: Option<Inputs>,
     ) -> Result<Keeper, Failure> {
         let origin = |origin: &Origin| (origin.option.to_owned(), origin.folder.clone(), origin.step);
-        let result = self.result_bytes();
+        let arrays = self.result_bytes();
+        let (steps, keyframes) = (self.problem.steps, self.problem.keyframes.len());
+        let pictures = Gallery::bytes(&self.problem.cells, steps, keyframes, run.outputs.images);
         let options = Options {
             free: request.free.then(|| self.method.to_owned()),
             precision: self.precision.name().into(),
             ceiling: self.ceiling,
             folder: destination.folder().to_owned(),
             shown: request.folder.clone(),
+            over: report_sum(destination.folder()),
             images: run.outputs.images,
             from: request.from.as_ref().map(origin),
             reference: request.reference.as_ref().map(origin),
@@ -272,8 +276,8 @@ impl KeptSolve<'_> {
         let shared = run.several().zip(self.problem.share);
         let state = self.state as u64;
         let needs = Needs {
-            result,
-            growing: if self.grows { result } else { 0 },
+            result: arrays.saturating_add(pictures as u64),
+            growing: if self.grows { arrays } else { 0 },
             state: shared.map_or(state, |(_, share)| {
                 Cut::from(share).parts_bytes(state, &self.problem.cells)
             }),

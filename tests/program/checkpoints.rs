@@ -309,6 +309,43 @@ fn what_was_changed_since_is_refused_by_name() {
     );
 }
 
+/// A result that came to the place of the solve's own meanwhile stays, and a folder that was moved keeps what is found in it.
+#[test]
+fn another_result_in_its_place_stays() {
+    let folder = folder_with("moved", PLAIN);
+    let solve = ["solve", "scene.toml", "-o", "shot/out"];
+    killed(&folder, &[&solve[..], &["--checkpoint", "every=1"]].concat(), 5);
+    // Beside the state there is the result of another solve.
+    let other = [
+        "solve",
+        "scene.toml",
+        "-o",
+        "shot/other",
+        "--set",
+        "method.iterations=1",
+        "--quiet",
+    ];
+    assert!(matches!(ended(&folder, &other).code, 0 | 5));
+    fs::rename(folder.join("shot/other"), folder.join("shot/out")).unwrap();
+    let there = fs::read(folder.join("shot/out/result.npz")).unwrap();
+    let refused = ended(&folder, &["resume", "shot/out"]);
+    assert!(
+        refused.code == 4 && refused.err.contains("shot/out holds a result already"),
+        "{}",
+        refused.err
+    );
+    assert_eq!(fs::read(folder.join("shot/out/result.npz")).unwrap(), there);
+    // Where the folder is moved the result follows, and what comes to its old place is nothing to it.
+    fs::rename(folder.join("shot/out"), folder.join("other")).unwrap();
+    fs::rename(folder.join("shot"), folder.join("moved")).unwrap();
+    fs::create_dir(folder.join("shot")).unwrap();
+    fs::rename(folder.join("other"), folder.join("shot/out")).unwrap();
+    let on = ended(&folder, &["resume", "moved/out", "--quiet"]);
+    assert!(matches!(on.code, 0 | 5), "{}", on.err);
+    assert!(folder.join("moved/out/report.html").is_file() && !folder.join("moved/out.checkpoint").exists());
+    assert_eq!(fs::read(folder.join("shot/out/result.npz")).unwrap(), there);
+}
+
 /// One state is held by one run.
 #[test]
 fn a_state_that_is_being_written_is_left_alone() {
