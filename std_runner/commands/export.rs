@@ -31,6 +31,7 @@ pub struct ExportArguments {
     #[arg(
         long,
         value_enum,
+        ignore_case = true,
         value_name = "F,F",
         value_delimiter = ',',
         default_value = "usd"

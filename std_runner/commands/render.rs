@@ -234,10 +234,17 @@ fn shot(arguments: &RenderArguments, reel: &Reel) -> Result<Shot, Failure> {
 
 /// Reads steps a second; the error says what is allowed.
 pub(super) fn fps(text: &str) -> Result<f64, String> {
-    let number = text.trim().parse().ok();
-    number
-        .filter(|number: &f64| (0.01..=10_000.0).contains(number))
-        .ok_or_else(|| format!("found \"{text}\", allowed is a number from 0.01 to 10000"))
+    let number = |text: &str| text.trim().parse::<f64>().ok();
+    let rate = match text.split_once('/') {
+        Some((frames, seconds)) => {
+            number(frames).and_then(|frames| Some(frames / number(seconds).filter(|&count| count > 0.0)?))
+        }
+        None => number(text),
+    };
+    rate.filter(|rate| (0.01..=10_000.0).contains(rate))
+        .ok_or_else(|| {
+            format!("found \"{text}\", allowed is a number from 0.01 to 10000, or two as in 24000/1001")
+        })
 }
 
 /// Reads `1280x720`; the error says what is allowed.

@@ -27,7 +27,7 @@ use std::path::{Path, PathBuf};
 
 /// Why a name that begins so is none of a result.
 pub(crate) const HOME: &str = "begins with ~, which only a shell takes for a home folder; write the whole path, or ./~ for a folder of that name";
-use written::{MANIFEST, Written, is_result, manifest_of};
+use written::{MANIFEST, Written, is_of_ours, is_result, manifest_of};
 
 /// A folder for what grows while a result is made.
 #[derive(Debug)]
@@ -200,7 +200,11 @@ impl Destination {
             .peekable();
         self.written = Written::found(&self.folder, mark);
         if entries.peek().is_some() && self.written.is_empty() && !is_result(&self.folder, mark) {
-            let why = "is not empty and holds no result of thurible, so it is not overwritten; empty it or choose another one with -o DIR";
+            let why = if is_of_ours(&self.folder) {
+                "holds a result of another kind, so it is not overwritten; choose another one with -o DIR"
+            } else {
+                "is not empty and holds no result of thurible, so it is not overwritten; empty it or choose another one with -o DIR"
+            };
             return Err(Failure::File(format!("the folder {shown} {why}")));
         }
         match self.in_the_way(&[]) {

@@ -98,6 +98,11 @@ impl Written {
     }
 }
 
+/// Whether a result of any kind is in `folder`.
+pub(super) fn is_of_ours(folder: &Path) -> bool {
+    manifest(folder).is_some()
+}
+
 /// Whether the JSON file `mark` of `folder` is that of a result.
 pub(super) fn is_result(folder: &Path, mark: &str) -> bool {
     let report = fs::read_to_string(folder.join(mark)).unwrap_or_default();

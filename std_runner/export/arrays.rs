@@ -169,6 +169,11 @@ fn dimensions(source: &Source, name: &str, series: &Series, counts: Counts) -> V
     names
 }
 
+/// Bytes of a number of a kind.
+pub(super) fn number_bytes(kind: &str) -> usize {
+    kind.get(1..).and_then(|size| size.parse().ok()).unwrap_or(8)
+}
+
 /// The bytes of values of a kind, little-endian.
 pub(super) fn encoded(kind: &str, values: &[f64]) -> Vec<u8> {
     match kind {

@@ -1,5 +1,6 @@
 //! The steps of a result, one after the other, into every format that is asked for. Ranks share them: each writes every so many-th step into the same folder.
 
+use super::forecast::Forecast;
 use super::orient::Orientation;
 use super::request::{Format, Request, Written, facts};
 use super::sink::{Manner, Sink, TimeScale};
@@ -57,7 +58,13 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
     let follows = ranks.rank() > 0;
     let mode = if follows { Mode::Quiet } else { request.mode };
     let (display, interrupt) = (Display::new(mode, steps.clone().count()), Interrupt::listen()?);
+    let mut later = 0_u64;
+    for sink in &sinks {
+        later = later.saturating_add(sink.later(&source, &steps)?);
+    }
     let mut run = Run {
+        forecast: Forecast::new(steps.clone().count(), later),
+        shown: &request.folder,
         sinks: &mut sinks,
         source: &mut source,
         display: &display,
@@ -86,6 +93,9 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
 
 /// An export on its way.
 struct Run<'a, 'm> {
+    forecast: Forecast,
+    /// The folder, as the user knows it.
+    shown: &'a Path,
     sinks: &'a mut [Box<dyn Sink + 'm>],
     source: &'a mut Source,
     display: &'a Display,
@@ -105,11 +115,12 @@ impl Run<'_, '_> {
         let (mut next, mut largest) = (first, 0.0_f64);
         while next <= end && (next == first || !self.is_to_stop()) {
             let step = next + self.ranks.rank();
-            let written = if step <= end {
-                self.step(folder, step, staggered)
-            } else {
-                Ok(0.0)
-            };
+            let written = self
+                .look_ahead(folder, next - first)
+                .and_then(|()| match step <= end {
+                    true => self.step(folder, step, staggered),
+                    false => Ok(0.0),
+                });
             largest = largest.max(self.all_of(written)?);
             for step in next..=end.min(next + count - 1) {
                 self.display.event("step", json!({ "step": step }));
@@ -124,6 +135,15 @@ impl Run<'_, '_> {
             largest,
             shader: if depth > 0.0 { OPAQUE / depth } else { 1.0 },
         })
+    }
+
+    /// Whether what is left finds room behind the `done` steps; the first rank looks.
+    fn look_ahead(&mut self, folder: &Path, done: usize) -> Result<(), OutputError> {
+        if self.ranks.rank() > 0 {
+            return Ok(());
+        }
+        let checked = self.forecast.check(folder, self.shown, done);
+        checked.map_err(OutputError::Source)
     }
 
     /// Writes what is said of all steps, which are there.

@@ -2,6 +2,7 @@
 
 mod arrays;
 mod fga;
+mod forecast;
 mod job;
 mod npz;
 mod orient;

@@ -1,8 +1,9 @@
 //! An archive of NumPy's arrays: those of the result, of the steps that are exported.
 
-use super::arrays::arrays;
+use super::arrays::{Held, arrays, number_bytes};
 use super::sink::{SMOKE, Sink};
 use super::source::{Frame, Source};
+use crate::exit::Failure;
 use crate::output::{OutputError, write_npz};
 use core::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -17,6 +18,14 @@ impl Sink for Archive {
 
     fn step(&mut self, _: &Path, _: &mut Source, _: &Frame) -> Result<(), OutputError> {
         Ok(())
+    }
+
+    fn later(&self, source: &Source, steps: &RangeInclusive<usize>) -> Result<u64, Failure> {
+        let bytes = |held: &Held| {
+            let numbers: usize = held.whole(held.entries(steps).len()).iter().product();
+            numbers as u64 * number_bytes(&held.kind) as u64
+        };
+        Ok(arrays(source)?.iter().map(bytes).sum())
     }
 
     fn finish(

@@ -3,6 +3,7 @@
 use super::orient::{Orientation, Up};
 use super::source::{Frame, Source};
 use super::vdb::Codec;
+use crate::exit::Failure;
 use crate::output::OutputError;
 use core::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -91,6 +92,11 @@ pub(super) trait Sink {
 
     /// Writes a step.
     fn step(&mut self, folder: &Path, source: &mut Source, frame: &Frame) -> Result<(), OutputError>;
+
+    /// Bytes of arrays that are written behind the last one of `steps`.
+    fn later(&self, _: &Source, _: &RangeInclusive<usize>) -> Result<u64, Failure> {
+        Ok(0)
+    }
 
     /// Writes what is said of all `steps`.
     fn finish(

@@ -1,6 +1,6 @@
 //! A Zarr group, version 3: every array of the result, a chunk for each step, with coordinates and units. xarray opens it as it is.
 
-use super::arrays::{Counts, Held, arrays, encoded};
+use super::arrays::{Counts, Held, arrays, encoded, number_bytes};
 use super::sink::{SMOKE, Sink};
 use super::source::{Frame, Source};
 use crate::exit::Failure;
@@ -133,10 +133,7 @@ fn put_array(
     attributes: Value,
 ) -> Result<(), OutputError> {
     let letter = kind.chars().next().unwrap_or('f');
-    let bits = 8 * kind
-        .get(1..)
-        .and_then(|size| size.parse::<usize>().ok())
-        .unwrap_or(8);
+    let bits = 8 * number_bytes(kind);
     let (kind, fill) = match letter {
         'f' => (format!("float{bits}"), json!(0.0)),
         'b' => ("bool".to_owned(), json!(false)),
