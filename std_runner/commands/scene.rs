@@ -4,7 +4,7 @@ use crate::console::print;
 use crate::destination::refuse_others;
 use crate::exit::{DONE, Failure};
 use crate::output::write_bytes;
-use crate::preview::{cell_volume, findings, layers, sheet};
+use crate::preview::{cell_volume, findings, layers, sheet, shown};
 use crate::progress::{Display, Mode};
 use crate::scene::Scene;
 use clap::{Args, Subcommand};
@@ -40,7 +40,7 @@ pub struct CheckArguments {
 /// Does it; the answer is the exit code.
 pub fn run(command: &SceneCommand) -> Result<u8, Failure> {
     let SceneCommand::Check(arguments) = command;
-    let scene = Scene::load(&arguments.scene, &arguments.set, None)?;
+    let scene = Scene::load_any(&arguments.scene, &arguments.set)?;
     let stem = arguments.scene.file_stem().unwrap_or_default().to_string_lossy();
     let path = arguments
         .output
@@ -75,10 +75,21 @@ pub fn run(command: &SceneCommand) -> Result<u8, Failure> {
     for sentence in findings(&scene, &drawn) {
         display.warning(&sentence);
     }
+    if scene.keyframes.is_empty() {
+        display.note(
+            "there is no keyframe: `thurible simulate` takes this scene, and `thurible solve` needs one",
+        );
+    }
     display.close();
     display.event("picture", json!({ "file": path.display().to_string() }));
     if !arguments.json {
-        print(&format!("drawn in {}", path.display()));
+        let (some, all) = (shown(&drawn).len(), drawn.len());
+        let left_out = if some < all {
+            format!("; of {all} layers {some}, all but some steps in the middle")
+        } else {
+            String::new()
+        };
+        print(&format!("drawn in {}{left_out}", path.display()));
     }
     Ok(DONE)
 }

@@ -11,6 +11,9 @@ use super::resample::resampled;
 use super::spec::EntryKey;
 use super::{Canvas, ShapeError, ShapeSpec};
 
+/// White in pictures of 8 and 16 bits, as which arrays of whole numbers are often meant.
+const WHITES: [f64; 2] = [255.0, 65535.0];
+
 /// How many steps the array of a shape has along its first axis, of which each is a density.
 ///
 /// # Errors
@@ -88,6 +91,17 @@ fn densities(
     array.refuse_not_finite()?;
     if let Some(text) = array.clip()? {
         notes.push(Note::remark(format!("`{}` {text}", path.display())));
+    }
+    let largest = array.values.iter().copied().fold(0.0, f64::max);
+    if let Some(white) = WHITES.into_iter().find(|white| *white >= largest)
+        && largest > 0.5 * white
+        && array.values.iter().all(|value| value.fract() == 0.0)
+    {
+        notes.push(Note::warning(format!(
+            "`{}` holds whole numbers up to {largest}, which are its densities; if {white} is white, write density = {:.3e} beside `file`",
+            path.display(),
+            1.0 / white
+        )));
     }
     let shape: Vec<usize> = array.shape.iter().rev().copied().collect();
     Ok(resampled(array.values, &shape, canvas))

@@ -62,7 +62,8 @@ fn set_as_it_is(text: &str, font: &[u8]) -> Result<Lettering, Trouble> {
     let placed = shape(text, &face);
     refuse_unknown(text, &placed)?;
     let mut inked = vec![false; text.len()];
-    for placed in &placed {
+    // What is left of glyph 0, the box for letters that a font has not, are blanks such as tabs: they have none.
+    for placed in placed.iter().filter(|placed| placed.glyph.0 != 0) {
         let mut pencil = Pencil {
             em,
             pen: placed.at.map(|place| place / em),

@@ -15,6 +15,9 @@ const DRAWN: [usize; 2] = [256, 4096];
 /// Pixels along a side of such drawings where there are no cells yet.
 pub(super) const USUAL_SIDE: usize = 1024;
 
+/// Levels of numbers are told of where they are beyond black or white by more than this.
+const BEYOND: f64 = 1e-3;
+
 /// More than this part of a picture is rarely meant to be smoke.
 const NEARLY_ALL: f64 = 0.5;
 
@@ -40,6 +43,13 @@ pub(super) fn draw(
         "smoke is the {} of `{shown}`, {percent:.1} % of the picture",
         ink.name()
     )));
+    if let Some([low, high]) = pixels.range()
+        && (low < -BEYOND || high > 1.0 + BEYOND)
+    {
+        notes.push(Note::warning(format!(
+            "the levels of `{shown}` go from {low:.3} to {high:.3}; below 0 they count as 0 and above 1 as 1: divide them in the file, and write what they were divided by as `density` beside `image`"
+        )));
+    }
     if let Some(said) = &pixels.note {
         notes.push(Note::warning(format!("`{shown}` {said}")));
     }

@@ -1,59 +1,68 @@
-//! Cells within so many cells along every axis.
+//! Cells within so many steps.
 
 use crate::keyframes::Canvas;
 
-/// The cells of which one of `cells` is within `reach` cells along each axis.
-pub(super) fn dilated(canvas: &Canvas, cells: &[bool], reach: usize) -> Vec<bool> {
+/// The cells to which a way of at most `reach` steps leads from one of `cells`, each to one of the cells around, past the corners too, and
+/// none into a cell where `solid`, unless that is empty, holds.
+pub(super) fn dilated(canvas: &Canvas, cells: &[bool], reach: usize, solid: &[bool]) -> Vec<bool> {
+    let counts = canvas.cells_3d();
     let mut wide = cells.to_vec();
-    let mut stride = 1;
-    for (axis, &count) in canvas.cells.iter().enumerate() {
-        let slab = stride * count;
-        let before = wide.clone();
-        for (number, out) in wide.chunks_exact_mut(slab.max(1)).enumerate() {
-            for line in 0..stride {
-                let at = |place: usize| {
-                    before
-                        .get(number * slab + place * stride + line)
-                        .copied()
-                        .unwrap_or(false)
-                };
-                let near = nearest(count, canvas.repeats(axis), at);
-                for (place, near) in near.into_iter().enumerate() {
-                    if let Some(slot) = out.get_mut(place * stride + line) {
-                        *slot = near <= reach;
-                    }
+    let mut front: Vec<usize> = (0..cells.len())
+        .filter(|&cell| cells.get(cell) == Some(&true))
+        .collect();
+    for _ in 0..reach {
+        if front.is_empty() {
+            break;
+        }
+        let mut next = Vec::new();
+        for cell in front {
+            for beside in around(canvas, counts, cell) {
+                let is_free = solid.get(beside) != Some(&true);
+                if let Some(slot) = wide.get_mut(beside).filter(|slot| is_free && !**slot) {
+                    *slot = true;
+                    next.push(beside);
                 }
             }
         }
-        stride = slab;
+        front = next;
     }
     wide
 }
 
-/// How far each of `count` places is from one where `at` holds, along a line or a ring.
-fn nearest(count: usize, ring: bool, at: impl Fn(usize) -> bool) -> Vec<usize> {
-    let mut near = vec![usize::MAX; count];
-    let rounds = if ring { 2 } else { 1 };
-    for backwards in [false, true] {
-        let mut last = usize::MAX;
-        for step in 0..rounds * count {
-            let place = if backwards {
-                count - 1 - step % count
-            } else {
-                step % count
-            };
-            last = if at(place) { 0 } else { last.saturating_add(1) };
-            if let Some(slot) = near.get_mut(place) {
-                *slot = (*slot).min(last);
-            }
+/// The cells around one, and itself.
+fn around(canvas: &Canvas, counts: [usize; 3], cell: usize) -> impl Iterator<Item = usize> {
+    let at = [
+        cell % counts[0],
+        cell / counts[0] % counts[1],
+        cell / (counts[0] * counts[1]),
+    ];
+    let along = |axis: usize| -> [Option<usize>; 3] {
+        let (place, count) = (at[axis], counts[axis]);
+        if canvas.repeats(axis) {
+            [(place + count - 1) % count, place, (place + 1) % count].map(Some)
+        } else {
+            [
+                place.checked_sub(1),
+                Some(place),
+                Some(place + 1).filter(|&next| next < count),
+            ]
         }
-    }
-    near
+    };
+    let [x, y, z] = [along(0), along(1), along(2)];
+    let every = z.into_iter().flatten().flat_map(move |z| {
+        let rows = y.into_iter().flatten();
+        rows.flat_map(move |y| x.into_iter().flatten().map(move |x| [x, y, z]))
+    });
+    every.map(move |[x, y, z]| x + counts[0] * (y + counts[1] * z))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn found(cells: &[bool]) -> Vec<usize> {
+        (0..cells.len()).filter(|&cell| cells[cell]).collect()
+    }
 
     #[test]
     fn cells_are_found_along_both_axes_and_around_a_ring() {
@@ -63,8 +72,28 @@ mod tests {
             length: 1.0,
         };
         let one: Vec<bool> = (0..30).map(|cell| cell == 6).collect();
-        let wide = dilated(&canvas, &one, 1);
-        let found: Vec<usize> = (0..30).filter(|&cell| wide[cell]).collect();
-        assert_eq!(found, [0, 1, 5, 6, 7, 11, 12, 13, 17]);
+        let wide = dilated(&canvas, &one, 1, &[]);
+        assert_eq!(found(&wide), [0, 1, 5, 6, 7, 11, 12, 13, 17]);
+        assert_eq!(found(&dilated(&canvas, &one, 9, &[])).len(), 30);
+    }
+
+    /// The way around a wall counts, and behind one without a gap there is none.
+    #[test]
+    fn ways_lead_around_solid_cells() {
+        let canvas = Canvas {
+            cells: vec![5, 4],
+            periodic: vec![false, false],
+            length: 1.0,
+        };
+        let one: Vec<bool> = (0..20).map(|cell| cell == 0).collect();
+        let wall: Vec<bool> = (0..20).map(|cell| cell % 5 == 2 && cell / 5 < 3).collect();
+        let wide = |reach| dilated(&canvas, &one, reach, &wall);
+        // From the corner up to the gap are three steps, and two more are behind it.
+        assert!(!wide(3)[13] && wide(4)[13] && !wide(5)[4] && wide(6)[4]);
+        let whole: Vec<bool> = (0..20).map(|cell| cell % 5 == 2).collect();
+        assert_eq!(
+            found(&dilated(&canvas, &one, 99, &whole)),
+            [0, 1, 5, 6, 10, 11, 15, 16]
+        );
     }
 }

@@ -11,20 +11,35 @@ const COURANT: usize = 5;
 const SOME: f64 = 0.01;
 /// Masses that differ by more are probably not meant, even where they are scaled.
 const TWICE: f64 = 2.0;
+/// So many sentences of one kind are told, and of the rest how many they are.
+const TOLD: usize = 3;
 /// A side on which a shape is denser than this part of its own is one that cuts it off.
 const CUT: f64 = 0.5;
 
 /// A sentence for each.
 pub(crate) fn findings(scene: &Scene, layers: &[Layer]) -> Vec<String> {
     let canvas = scene.canvas();
-    let mut found = masses(scene, layers);
-    found.extend(fast(scene, &canvas, layers));
     let smoke = |layer: &&Layer| matches!(layer.role, Role::Source | Role::Emitter | Role::Keyframe(_));
-    for layer in layers.iter().filter(smoke) {
-        found.extend(cut_off(&canvas, layer));
-        found.extend(inside_a_solid(layers, layer));
+    let smoke: Vec<&Layer> = layers.iter().filter(smoke).collect();
+    let cut = smoke.iter().filter_map(|layer| cut_off(&canvas, layer));
+    let inside = smoke.iter().filter_map(|layer| inside_a_solid(layers, layer));
+    let kinds = [
+        masses(scene, layers),
+        fast(scene, &canvas, layers),
+        cut.collect(),
+        inside.collect(),
+    ];
+    kinds.into_iter().flat_map(shortened).collect()
+}
+
+/// The first sentences of a kind, and how many there are more.
+fn shortened(mut sentences: Vec<String>) -> Vec<String> {
+    let more = sentences.len().saturating_sub(TOLD);
+    if more > 1 {
+        sentences.truncate(TOLD);
+        sentences.push(format!("so it is with {more} more"));
     }
-    found
+    sentences
 }
 
 /// Keyframes whose mass is not that of the source.
@@ -80,6 +95,10 @@ fn fast(scene: &Scene, canvas: &Canvas, layers: &[Layer]) -> Vec<String> {
         0,
         rests,
     );
+    let solid = layers.iter().find(|layer| layer.role == Role::Solid);
+    let solid: Vec<bool> = solid.map_or(Vec::new(), |solid| {
+        solid.values.iter().map(|&value| value > 0.5).collect()
+    });
     let mut found = Vec::new();
     for layer in layers {
         let Role::Keyframe(stay) = layer.role else {
@@ -90,7 +109,7 @@ fn fast(scene: &Scene, canvas: &Canvas, layers: &[Layer]) -> Vec<String> {
             from.iter_mut().zip(made).for_each(|(from, &made)| *from |= made);
         }
         let steps = stay.first.saturating_sub(last + still);
-        let near = dilated(canvas, &from, COURANT.saturating_mul(steps));
+        let near = dilated(canvas, &from, COURANT.saturating_mul(steps), &solid);
         // Where it does not matter nothing has to come.
         let region = format!("{}.region", layer.key);
         let region = layers.iter().find(|other| other.key == region);
@@ -106,11 +125,12 @@ fn fast(scene: &Scene, canvas: &Canvas, layers: &[Layer]) -> Vec<String> {
         });
         if beyond > SOME * all {
             found.push(format!(
-                "{} cannot be reached: {:.0} % of it lies farther than {} cells from the smoke at step {last}, {COURANT} cells for each of the \
+                "{} cannot be reached: {:.0} % of it lies farther than {} cells from the smoke at step {last}{}, {COURANT} cells for each of the \
                  {steps} steps in which force acts; give it more steps, or bring it nearer",
                 layer.title(),
                 100.0 * beyond / all,
-                COURANT * steps
+                COURANT * steps,
+                if solid.is_empty() { "" } else { " on the way around obstacles" }
             ));
         }
         before = (is_smoke(layer), stay.last, 0);

@@ -8,4 +8,4 @@ mod sheet;
 
 pub(crate) use findings::findings;
 pub(crate) use layers::{cell_volume, layers};
-pub(crate) use sheet::sheet;
+pub(crate) use sheet::{sheet, shown};

@@ -10,7 +10,7 @@ const WIDE: usize = 320;
 const GAP: usize = 12;
 /// Pixels of a line of a caption.
 const LINE: usize = 20;
-/// Panels beside each other, and at most in all: of longer sequences some are shown.
+/// Panels beside each other, and at most in all: of longer sequences some steps are shown.
 const COLUMNS: usize = 4;
 const MOST: usize = 24;
 /// Light of the ground and of letters.
@@ -19,7 +19,7 @@ const LETTERS: u8 = 232;
 
 /// The PNG file of `layers`, each with its name and its mass.
 pub(crate) fn sheet(canvas: &Canvas, layers: &[Layer], path: &Path) -> Result<Vec<u8>, OutputError> {
-    let shown: Vec<&Layer> = some(layers);
+    let shown: Vec<&Layer> = shown(layers);
     let full = layers
         .iter()
         .filter(|layer| matches!(layer.role, Role::Source | Role::Keyframe(_)));
@@ -76,15 +76,21 @@ pub(crate) fn sheet(canvas: &Canvas, layers: &[Layer], path: &Path) -> Result<Ve
     picture.to_png().map_err(OutputError::of(path))
 }
 
-/// All layers, or some from first to last.
-fn some(layers: &[Layer]) -> Vec<&Layer> {
-    let count = layers.len();
-    if count <= MOST {
+/// The layers that are drawn: all, or of too many keyframes and their regions some from first to last.
+pub(crate) fn shown(layers: &[Layer]) -> Vec<&Layer> {
+    let is_of_a_step = |layer: &Layer| matches!(layer.role, Role::Keyframe(_) | Role::Region);
+    let steps: Vec<usize> = (0..layers.len())
+        .filter(|&index| layers.get(index).is_some_and(is_of_a_step))
+        .collect();
+    let room = MOST.saturating_sub(layers.len() - steps.len()).max(2);
+    if steps.len() <= room {
         return layers.iter().collect();
     }
-    (0..MOST)
-        .filter_map(|index| layers.get(index * (count - 1) / (MOST - 1)))
-        .collect()
+    let kept = |number: usize| steps.get(number * (steps.len() - 1) / (room - 1));
+    let kept: Vec<&usize> = (0..room).filter_map(kept).collect();
+    let numbered = layers.iter().enumerate();
+    let drawn = numbered.filter(|(index, layer)| !is_of_a_step(layer) || kept.contains(&index));
+    drawn.map(|(_, layer)| layer).collect()
 }
 
 /// How much of it there is.

@@ -372,6 +372,7 @@ fn wrong_meshes_are_refused_by_name() {
     write("x.fbx", b"hello");
     let (points, faces) = ball([0.5; 3], 0.3);
     write("ball.obj", obj(&points, &faces).as_bytes());
+    write("sheet.obj", b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
     let table = [
         ("mesh = \"missing.obj\"", 3, "cannot be read"),
         ("mesh = \"points.obj\"", 3, "has 2 points and no faces"),
@@ -396,6 +397,7 @@ fn wrong_meshes_are_refused_by_name() {
             3,
             "meshes are .obj, .stl, .ply, .gltf or .glb",
         ),
+        ("mesh = \"sheet.obj\"", 3, "encloses no cell; an open sheet"),
         ("mesh = \"ball.obj\"", 2, "the grid is 2D"),
         ("mesh = \"ball.obj\"\nup = \"x\"", 3, "write \"y\" or \"z\""),
         ("mesh = \"ball.obj\"\nfit = \"box\"", 3, "write \"world\""),
@@ -418,6 +420,27 @@ fn wrong_meshes_are_refused_by_name() {
             "{shape}\n  said    {error}\n  not     {expected}"
         );
     }
+}
+
+/// What lies outside of the box altogether leaves no trace in it, so it is told of.
+#[test]
+fn a_part_outside_of_the_box_is_told_of() {
+    let base = folder("mesh_outside");
+    let (near, faces) = ball([0.5; 3], 0.3);
+    let (far, _) = ball([2.5, 0.5, 0.5], 0.3);
+    let behind = faces.iter().map(|face| face.map(|corner| corner + near.len()));
+    let faces: Vec<_> = faces.iter().copied().chain(behind).collect();
+    fs::write(base.join("two.obj"), obj(&[near, far].concat(), &faces)).unwrap();
+    let world = "mesh = \"two.obj\"\nup = \"z\"\nfit = \"world\"";
+    let (_, notes) = draw(world, &box_of(12), &base);
+    let told = notes.iter().find(|note| note.warning).unwrap();
+    assert!(
+        told.text
+            .contains("from x = 0.200 to 2.800 where the box ends at 0 and 1.000"),
+        "{told:?}"
+    );
+    let (_, notes) = draw("mesh = \"two.obj\"", &box_of(12), &base);
+    assert!(notes.iter().all(|note| !note.warning), "{notes:?}");
 }
 
 #[test]

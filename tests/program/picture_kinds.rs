@@ -167,6 +167,30 @@ fn mattes_are_turned_as_other_tiffs_are() {
     assert!((drawn[0] - 8.0 / 12.0).abs() < 0.01, "{drawn:?}");
 }
 
+/// Floats beyond black and white are cut there, and that is told; those between are not spoken of.
+#[test]
+fn levels_beyond_white_are_told_of() {
+    let base = folder("picture_kinds_beyond");
+    for (name, scale, shift) in [("plain.tif", 1.0, 0.0), ("beyond.tif", 5.0, -1.0)] {
+        let levels: Vec<f32> = (0..SIDE * SIDE)
+            .map(|at| f32::from(u8::from(inside(at % SIDE, at / SIDE))) * scale + shift)
+            .collect();
+        let file = fs::File::create(base.join(name)).unwrap();
+        let mut encoder = TiffEncoder::new(file).unwrap();
+        encoder.write_image::<Gray32Float>(SIDE, SIDE, &levels).unwrap();
+    }
+    let (plain, notes) = draw(&base, "plain.tif");
+    assert!(notes.iter().all(|note| !note.warning), "{notes:?}");
+    let (cut, notes) = draw(&base, "beyond.tif");
+    assert_eq!(cut, plain);
+    assert!(
+        notes
+            .iter()
+            .any(|note| note.warning && note.text.contains("go from -1.000 to 4.000")),
+        "{notes:?}"
+    );
+}
+
 #[test]
 fn what_is_not_drawn_is_said_or_refused() {
     let base = folder("picture_kinds_refused");

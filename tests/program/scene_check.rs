@@ -159,6 +159,16 @@ fn what_is_probably_not_meant_is_said() {
     let side = ball(0.02, 0.5, 0.12);
     let [_, err] = said("side", &scene("", &side));
     assert!(err.contains("touches the low side along x"), "{err}");
+    let wall = "[[obstacle]]\nbox = { min = [0.45, 0.0], max = [0.55, 1.0] }\n";
+    let target = ball(0.62, 0.5, 0.06);
+    let behind = format!("{wall}[source]\n{source}[[keyframe]]\nstep = 4\n{target}");
+    let [_, err] = said("behind", &behind);
+    assert!(
+        err.contains("cannot be reached: 100 %") && err.contains("on the way around obstacles"),
+        "{err}"
+    );
+    let [_, err] = said("before", &behind.replace(wall, ""));
+    assert!(!err.contains("cannot be reached"), "{err}");
     let solid = "[[obstacle]]\nbox = { min = [0.4, 0.3], max = [0.7, 0.7] }\n[[emitter]]\nrate = 0.1\ncircle = { center = [0.5, 0.5], radius = 0.05 }\n";
     let [_, err] = said("solid", &scene(solid, &source));
     assert!(err.contains("of emitter[0] lies inside an obstacle"), "{err}");
@@ -168,4 +178,34 @@ fn what_is_probably_not_meant_is_said() {
         format!("[method]\nname = \"stable_fluids\"\n[source]\n{source}[[keyframe]]\nstep = 1\n{near}");
     let [_, err] = said("early", &early);
     assert!(!err.contains("cannot be reached"), "{err}");
+}
+
+/// `simulate` takes a scene without keyframes, so it is drawn; a typist who forgot them is told.
+#[test]
+fn a_scene_without_keyframes_is_drawn() {
+    let [out, err] = said("free", &format!("[source]\n{}", ball(0.5, 0.5, 0.2)));
+    assert!(out.contains("source") && out.contains("drawn in"), "{out}");
+    assert!(err.contains("there is no keyframe"), "{err}");
+}
+
+/// Of many keyframes some are drawn, and everything else; what is said of each is said of a few.
+#[test]
+fn of_many_keyframes_some_are_drawn_and_the_rest_is_counted() {
+    let folder = fresh_folder("scene_check_many");
+    let (scene, picture) = (folder.join("scene.toml"), folder.join("seen.png"));
+    let mut text = format!(
+        "[grid]\ncells = [8, 8]\n[time]\nsteps = 40\n[source]\n{}[control]\nmask = {{ {} }}\n",
+        ball(0.5, 0.5, 0.1),
+        ball(0.5, 0.5, 0.4).trim()
+    );
+    for step in 2..=31 {
+        text += &format!("[[keyframe]]\nstep = {step}\n{}", ball(0.5, 0.5, 0.3));
+    }
+    fs::write(&scene, text).unwrap();
+    let [scene, picture] = [&scene, &picture].map(|path| path.to_str().unwrap());
+    let ended = run(&["scene", "check", scene, "-o", picture]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    assert!(ended.out.contains("of 32 layers 24"), "{}", ended.out);
+    assert_eq!(ended.err.matches("times the mass of the source").count(), 3);
+    assert!(ended.err.contains("so it is with 27 more"), "{}", ended.err);
 }

@@ -46,6 +46,26 @@ fn arrays_of_either_order_are_the_same_however_long() {
     }
 }
 
+/// A picture of bytes in an array is 255 times as dense as it looks.
+#[test]
+fn whole_numbers_up_to_white_are_told_of() {
+    let base = folder("array_whole");
+    for (name, values, told) in [
+        ("bytes.npy", [0.0, 255.0, 17.0, 128.0], true),
+        ("parts.npy", [0.0, 1.0, 0.5, 200.5], false),
+        ("mask.npy", [0.0, 1.0, 1.0, 0.0], false),
+    ] {
+        fs::write(base.join(name), npy("False", 2, values.into_iter())).unwrap();
+        let spec: ShapeSpec = toml::from_str(&format!("file = \"{name}\"")).unwrap();
+        let mut notes = Vec::new();
+        spec.rasterise_noting(&canvas(2), &base, &mut notes).unwrap();
+        let is_told = notes
+            .iter()
+            .any(|note| note.warning && note.text.contains("write density = 3.922e-3"));
+        assert_eq!(is_told, told, "{name}: {notes:?}");
+    }
+}
+
 #[test]
 fn alpha_of_exr_is_taken_out_of_its_colours_and_windows_are_kept() {
     let base = folder("exr_window");

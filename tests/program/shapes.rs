@@ -197,6 +197,17 @@ fn a_letter_reads_as_itself() {
     assert_eq!(picture(&cells, 20), expected, "\n{}", picture(&cells, 20));
 }
 
+/// A font has no glyph for them, and the box that stands for that is no ink.
+#[test]
+fn tabs_are_blank() {
+    let canvas = canvas(&[96, 32], false, 3.0);
+    let of = |text: &str| mass(&draw(&format!("text = \"{text}\"\nheight = 0.5"), &canvas));
+    let blank = of("H H");
+    for tab in ["\\t", "\\u000B", "\\f", "\\u0085"] {
+        near(of(&format!("H{tab}H")), blank, 0.02 * blank);
+    }
+}
+
 #[test]
 fn text_is_centred_and_fits() {
     let flat = canvas(&[64, 64], false, 1.0);

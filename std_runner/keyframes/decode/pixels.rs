@@ -92,6 +92,19 @@ impl Pixels {
         (0..self.samples.len() / self.channels.max(1)).map(|index| self.levels(index))
     }
 
+    /// The least and the largest level of a colour, where levels are numbers, which may be below black or above white.
+    pub fn range(&self) -> Option<[f64; 2]> {
+        if !matches!(self.samples, Samples::Real(_) | Samples::Planes(_)) {
+            return None;
+        }
+        let all = self.all().flat_map(|[red, green, blue, _]| [red, green, blue]);
+        Some(
+            all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], level| {
+                [low.min(level), high.max(level)]
+            }),
+        )
+    }
+
     /// Whether a pixel is less than opaque.
     pub fn are_transparent(&self) -> bool {
         let top = self.top();
