@@ -2,6 +2,7 @@
 //! words too.
 
 use crate::random::Random;
+use core::ops::Range;
 
 /// Numbers that readers stumble over.
 pub const ODD: [u64; 20] = [
@@ -74,7 +75,7 @@ pub fn changed(seeds: &[Vec<u8>], is_text: bool, random: &mut Random) -> Vec<u8>
 }
 
 /// A part of so many bytes at most.
-fn part(length: usize, most: usize, random: &mut Random) -> core::ops::Range<usize> {
+fn part(length: usize, most: usize, random: &mut Random) -> Range<usize> {
     let from = random.below(length + 1);
     let to = (from + random.below(most + 1)).min(length);
     from..to
@@ -130,34 +131,34 @@ fn change(bytes: &mut Vec<u8>, other: &[u8], random: &mut Random) {
 /// Changes a number, a word or a line.
 fn change_text(bytes: &mut Vec<u8>, random: &mut Random) {
     let text = String::from_utf8_lossy(bytes).into_owned();
-    let is_number = |letter: char| letter.is_ascii_digit() || "+-.e_".contains(letter);
-    let starts: Vec<usize> = text
-        .char_indices()
-        .zip([' '].into_iter().chain(text.chars()))
-        .filter(|((_, letter), before)| is_number(*letter) && !is_number(*before))
-        .map(|((place, _), _)| place)
-        .collect();
     let word = WORDS[random.below(WORDS.len())];
-    let mut lines: Vec<&str> = text.lines().collect();
     let changed = match random.below(4) {
-        0 | 1 if !starts.is_empty() => {
-            let start = starts[random.below(starts.len())];
-            let length = text[start..]
-                .find(|letter| !is_number(letter))
-                .unwrap_or(text.len() - start);
-            [&text[..start], word, &text[start + length..]].concat()
+        0 | 1 if let Some(number) = number_behind(text.as_bytes(), random.below(text.len() + 1)) => {
+            [&text[..number.start], word, &text[number.end..]].concat()
         }
-        2 if !lines.is_empty() => {
-            let line = lines[random.below(lines.len())];
-            let to = random.below(lines.len() + 1);
-            lines.insert(to, line);
+        _ if text.lines().next().is_none() => word.to_owned(),
+        kind => {
+            let mut lines: Vec<&str> = text.lines().collect();
+            let one = random.below(lines.len());
+            if kind == 2 {
+                lines.insert(random.below(lines.len() + 1), lines[one]);
+            } else {
+                lines.remove(one);
+            }
             lines.join("\n")
         }
-        _ if !lines.is_empty() => {
-            lines.remove(random.below(lines.len()));
-            lines.join("\n")
-        }
-        _ => word.to_owned(),
     };
     *bytes = changed.into_bytes();
+}
+
+/// The first number of a text that begins at `from` or later, or else of all.
+fn number_behind(text: &[u8], from: usize) -> Option<Range<usize>> {
+    let is_of_number = |at: usize| {
+        text.get(at)
+            .is_some_and(|letter| letter.is_ascii_digit() || b"+-.e_".contains(letter))
+    };
+    let begins = |&at: &usize| is_of_number(at) && !(at > 0 && is_of_number(at - 1));
+    let start = (from..text.len()).chain(0..from).find(begins)?;
+    let length = (start..).take_while(|&at| is_of_number(at)).count();
+    Some(start..start + length)
 }

@@ -1,6 +1,8 @@
 //! What commands read beside scenes: they plan, and do no more, where they can.
 
 use clap::Parser;
+use core::cell::RefCell;
+use std::collections::HashMap;
 use std::path::Path;
 use thurible::cli::{Cli, Command};
 use thurible::commands::{condense, deblur, export, resume, solve, sweep, tomography, track};
@@ -8,9 +10,32 @@ use thurible::exit::Failure;
 
 /// Runs a command of the program in this process.
 pub fn command(arguments: &[&str]) -> Result<u8, Failure> {
-    let cli = Cli::try_parse_from([&["thurible"], arguments].concat())
-        .map_err(|error| Failure::Input(error.to_string()))?;
-    match &cli.command {
+    command_with(arguments, |_| ())
+}
+
+thread_local! {
+    /// Command lines that were parsed, which takes longer than most readers do.
+    static PARSED: RefCell<HashMap<String, Cli>> = RefCell::default();
+}
+
+/// As [`command`], with what `change` makes of the parsed arguments, each time anew.
+fn command_with(arguments: &[&str], change: impl FnOnce(&mut Command)) -> Result<u8, Failure> {
+    let line = arguments.join("\n");
+    // A command that panics leaves none behind: the next one parses it again.
+    let known = PARSED.with_borrow_mut(|parsed| parsed.remove(&line));
+    let mut cli = match known {
+        Some(cli) => cli,
+        None => Cli::try_parse_from([&["thurible"], arguments].concat())
+            .map_err(|error| Failure::Input(error.to_string()))?,
+    };
+    change(&mut cli.command);
+    let done = run(&cli.command);
+    PARSED.with_borrow_mut(|parsed| parsed.insert(line, cli));
+    done
+}
+
+fn run(command: &Command) -> Result<u8, Failure> {
+    match command {
         Command::Solve(arguments) => solve::run(arguments),
         Command::Resume(arguments) => resume::run(arguments),
         Command::Condense(arguments) => condense::run(arguments),
@@ -47,10 +72,14 @@ pub fn arguments(_: &Path, bytes: &[u8]) -> bool {
 /// What a sweep varies. It plans every run and prints nothing where there is none of the number that is asked for.
 pub fn varied(path: &Path, bytes: &[u8]) -> bool {
     let scene = path.with_file_name("s.toml");
-    let line = String::from_utf8_lossy(bytes);
-    let vary = format!("--vary={line}");
-    let all = ["sweep", text(&scene), &vary, "--only", "99999", "--quiet"];
-    match command(&all) {
+    let line = String::from_utf8_lossy(bytes).into_owned();
+    let all = ["sweep", text(&scene), "--vary=a=1", "--only", "99999", "--quiet"];
+    let done = command_with(&all, |command| {
+        if let Command::Sweep(arguments) = command {
+            arguments.vary = vec![line];
+        }
+    });
+    match done {
         Err(Failure::Input(why)) => why.starts_with("--only"),
         _ => false,
     }
@@ -87,9 +116,14 @@ pub fn capture(path: &Path, _: &[u8]) -> bool {
 
 pub fn blur(path: &Path, bytes: &[u8]) -> bool {
     let image = path.with_file_name("b.npy");
-    let line = String::from_utf8_lossy(bytes);
-    let psf = format!("--psf={line}");
-    is_done(&["deblur", text(&image), &psf, "--plan", "--quiet"])
+    let line = String::from_utf8_lossy(bytes).into_owned();
+    let all = ["deblur", text(&image), "--psf=disc:1", "--plan", "--quiet"];
+    let done = command_with(&all, |command| {
+        if let Command::Deblur(arguments) = command {
+            arguments.psf = line;
+        }
+    });
+    done.is_ok()
 }
 
 /// What a result says of itself, as an export reads it.

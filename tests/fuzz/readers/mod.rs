@@ -36,10 +36,10 @@ pub const READERS: &[Reader] = &[
     Reader::of("pattern", "a.txt", texts::patterns, shapes::pattern).text(),
     Reader::of("arguments", "a.txt", texts::arguments, commands::arguments)
         .text()
-        .dear(4),
+        .dear(2),
     Reader::of("vary", "a.txt", texts::varied, commands::varied)
         .text()
-        .dear(20),
+        .dear(4),
     Reader::of("npy", "a.npy", arrays::arrays, shapes::array),
     Reader::of("npz", "a.npz", arrays::archives, shapes::archive).mended(mend::zip),
     Reader::of("velocity", "v.npz", arrays::archives, shapes::velocity).mended(mend::zip),
@@ -51,18 +51,16 @@ pub const READERS: &[Reader] = &[
     Reader::of("exr", "a.exr", pictures::exrs, shapes::exr),
     Reader::of("svg", "a.svg", texts::drawings, shapes::svg)
         .text()
-        .dear(20),
-    Reader::of("font", "a.ttf", pictures::fonts, shapes::font).dear(10),
+        .dear(8),
+    Reader::of("font", "a.ttf", pictures::fonts, shapes::font).dear(4),
     Reader::of("obj", "a.obj", bodies::objs, shapes::obj).text(),
     Reader::of("stl", "a.stl", bodies::stls, shapes::stl),
     Reader::of("ply", "a.ply", bodies::plys, shapes::ply),
     Reader::of("gltf", "a.gltf", bodies::gltfs, shapes::gltf).text(),
     Reader::of("glb", "a.glb", bodies::glbs, shapes::glb),
-    Reader::of("vdb", "a.vdb", bodies::volumes, shapes::volume).dear(4),
+    Reader::of("vdb", "a.vdb", bodies::volumes, shapes::volume),
     // A frame is an array of its own size, whatever its file takes, and is to be refused where the machine does not give as much.
-    Reader::of("vdb_frames", "v.vdb", bodies::volumes, shapes::volumes)
-        .dear(4)
-        .given(32 << 20),
+    Reader::of("vdb_frames", "v.vdb", bodies::volumes, shapes::volumes).given(32 << 20),
     Reader::of("condense", "c.toml", texts::condensed, commands::condensed)
         .text()
         .dear(4),
@@ -72,23 +70,14 @@ pub const READERS: &[Reader] = &[
         bodies::flat_objs,
         commands::condensed_obj,
     )
-    .text()
-    .dear(4),
-    Reader::of("condense_msh", "m.msh", bodies::mshs, commands::condensed_msh)
-        .text()
-        .dear(4),
-    Reader::of("views", "views.toml", texts::views, commands::views)
-        .text()
-        .dear(4),
-    Reader::of("capture", "k.toml", texts::captures, commands::capture)
-        .text()
-        .dear(4),
-    Reader::of("psf", "a.txt", texts::blurs, commands::blur)
-        .text()
-        .dear(4),
+    .text(),
+    Reader::of("condense_msh", "m.msh", bodies::mshs, commands::condensed_msh).text(),
+    Reader::of("views", "views.toml", texts::views, commands::views).text(),
+    Reader::of("capture", "k.toml", texts::captures, commands::capture).text(),
+    Reader::of("psf", "a.txt", texts::blurs, commands::blur).text(),
     Reader::of("report", "done/report.json", kept::reports, commands::report)
         .text()
-        .dear(20),
+        .dear(4),
     Reader::of("saved", "a.saved", kept::saved, states::saved).mended(mend::saved),
     Reader::of(
         "checkpoint",

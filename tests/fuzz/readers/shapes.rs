@@ -98,7 +98,7 @@ shapes! {
     webp: "image = \"a.webp\"" on [8, 8];
     exr: "image = \"a.exr\"" on [8, 8];
     svg: "image = \"a.svg\"" on [8, 8];
-    font: "text = \"gF&8\"\nfont = \"a.ttf\"\nheight = 0.5" on [8, 8];
+    font: "text = \"gF&8\"\nfont = \"a.ttf\"\nheight = 0.5" on [2, 2];
     obj: "mesh = \"a.obj\"" on [2, 2, 2];
     stl: "mesh = \"a.stl\"" on [2, 2, 2];
     ply: "mesh = \"a.ply\"" on [2, 2, 2];

@@ -86,7 +86,7 @@ direct = { tolerance = 1e-300, nested = false }
 [output]
 frames = false
 ";
-const LIMITS: [&str; 2] = ["iterations = 100000", "iterations = 20    "];
+const LIMITS: [&str; 2] = ["iterations = 100000", "iterations = 3     "];
 
 /// States of solves that were killed: of a whole scene, of one in windows, and by ADMM.
 pub fn checkpoints(work: &Path) -> Vec<Vec<u8>> {
