@@ -72,3 +72,22 @@ pub fn worse(one: u8, other: u8) -> u8 {
 pub fn code_of_result(status: Status, diverted: bool) -> u8 {
     if diverted { FILE } else { code_of(status) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The code of several runs does not depend on their order.
+    #[test]
+    fn of_several_runs_the_worst_one_says_how_it_ended() {
+        let best_first = [DONE, STALLED, NOT_FINITE, INPUT];
+        for (at, &one) in best_first.iter().enumerate() {
+            for &other in &best_first[at..] {
+                assert_eq!(worse(one, other), other);
+                assert_eq!(worse(other, one), other);
+            }
+        }
+        // Of two failures the first is kept.
+        assert_eq!(worse(MEMORY, FILE), MEMORY);
+    }
+}

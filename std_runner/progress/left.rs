@@ -11,6 +11,8 @@ const MOST: usize = 64;
 const SOON: f64 = 0.5;
 /// The middle.
 const HALF: f64 = 0.5;
+/// Of the iterations so far, how many more are expected at least where the number of the rule does not fall.
+const SHORTLY: f64 = 0.05;
 /// A descent ends by the first two of its scattered gains that are below the bound, so by the lower ones.
 const EARLY: f64 = 0.3;
 /// How much is believed that its gains fall as a power (measured: docs/watching.md).
@@ -39,6 +41,8 @@ pub struct Pace {
     bound: f64,
     /// Whether it falls as a power of the number of iterations.
     is_power: bool,
+    /// After how many iterations it was last foretold to hold, as far as that could be.
+    end: Option<f64>,
 }
 
 impl Pace {
@@ -72,6 +76,9 @@ impl Pace {
             }
             self.values.push_back(value.max(f64::MIN_POSITIVE).ln());
             (self.bound, self.is_power) = (bound.ln(), falls == Falls::AsPower);
+            if let Some(count) = self.foretold_to_hold() {
+                self.end = Some(done as f64 + count);
+            }
         }
     }
 
@@ -101,18 +108,31 @@ impl Pace {
         Some(seconds / count as f64 * self.iterations_left())
     }
 
+    fn at_most(&self) -> f64 {
+        self.limit.saturating_sub(self.done) as f64
+    }
+
     fn iterations_left(&self) -> f64 {
-        let at_most = self.limit.saturating_sub(self.done) as f64;
+        // Where nothing falls just now the end is where it was expected, or soon; the limit of a search that is to converge is far away.
+        let soon = SHORTLY * self.done as f64;
+        let left = |end: f64| (end - self.done as f64).max(soon);
+        let falls = || self.foretold_to_hold();
+        let count = falls().or_else(|| self.end.map(left));
+        count.map_or(self.at_most(), |count| count.clamp(0.0, self.at_most()))
+    }
+
+    /// Iterations until the rule holds, up to the limit, where its number falls.
+    fn foretold_to_hold(&self) -> Option<f64> {
         let left = |is_power: bool, part: f64| {
-            let foretold = self.foretold(is_power, part);
-            foretold.map_or(at_most, |count| count.clamp(0.0, at_most))
+            let foretold = self.foretold(is_power, part)?;
+            Some(foretold.clamp(0.0, self.at_most()))
         };
         if !self.is_power {
             return left(false, HALF);
         }
         // Between what a line says and what a power does, nearer to this.
-        let [line, power] = [false, true].map(|is_power| left(is_power, EARLY));
-        line.powf(1.0 - POWER) * power.powf(POWER)
+        let (line, power) = (left(false, EARLY)?, left(true, EARLY)?);
+        Some(line.powf(1.0 - POWER) * power.powf(POWER))
     }
 
     /// Iterations until the rule holds, if its number goes on to fall as in the latest ones, this part of which were lower: by the same factor

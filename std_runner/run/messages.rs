@@ -1,7 +1,7 @@
 //! What a solve prints before and after, and its failures.
 
 use crate::bytes;
-use crate::console;
+use crate::console::{self, counted};
 use crate::destination::{Destination, RUN_AGAIN};
 use crate::exit::{Failure, code_of_result};
 use crate::plan::{Planned, plan_fields, size_in_words};
@@ -19,15 +19,15 @@ use thurible_core::{Named, Status};
 pub(super) fn plan(display: &Display, scene: &Scene, planned: &Planned) {
     display.event("plan", plan_fields(planned));
     display.note(&format!(
-        "{} by {}: {} cells, {} steps, {} bytes ({}) in {}, {} threads",
+        "{} by {}: {} cells, {}, {} bytes ({}) in {}, {}",
         scene.document.path().display(),
         planned.params.method.name(),
         size_in_words(&planned.problem.cells),
-        planned.problem.steps,
+        counted(planned.problem.steps, "step"),
         bytes::grouped(planned.plan.bytes()),
         bytes::rounded(planned.plan.bytes()),
         planned.precision.name(),
-        planned.params.threads
+        counted(planned.params.threads, "thread")
     ));
 }
 
@@ -115,10 +115,18 @@ pub(crate) fn goes_on(display: &Display, folder: &Path, watch: &Watch) {
         json!({ "iterations": done, "seconds": seconds, "from": folder.display().to_string() }),
     );
     display.note(&format!(
-        "going on from {} after {done} iterations and {}",
+        "going on from {} after {} and {}",
         folder.display(),
+        counted(done, "iteration"),
         in_words(seconds)
     ));
+}
+
+/// Says that no states are kept of a simulation that is one pass, whatever was asked for.
+pub(super) fn keeps_none(display: &Display) {
+    display.note(
+        "a simulation is one pass, so `--checkpoint` keeps nothing of it; in windows (method.window) it does",
+    );
 }
 
 /// Says how an interrupted solve is gone on with.
@@ -151,9 +159,9 @@ pub(crate) fn unwritten(failure: Failure, kept: Option<&Path>) -> Failure {
 fn summary(watch: &Watch, record: &RunRecord, folder: &Path) {
     let (status, objective) = (record.status, record.objective);
     console::print(&format!(
-        "{} after {} iterations and {}",
+        "{} after {} and {}",
         in_sentence(status),
-        record.history.len(),
+        counted(record.history.len(), "iteration"),
         in_words(watch.clock.seconds())
     ));
     let initial = objective.initial.map_or_else(String::new, |initial| {

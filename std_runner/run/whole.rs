@@ -18,7 +18,7 @@ use crate::output::Sample;
 use crate::progress::Watch;
 use crate::report::{self, RunRecord};
 use core::mem::MaybeUninit;
-use thurible_core::{Exec, Real, Solver, Space, Status};
+use thurible_core::{Exec, Method, Real, Solver, Space, Status};
 
 impl Job {
     /// Solves the scene in `block`, and writes the arrays and the report.
@@ -55,6 +55,9 @@ impl Job {
         let mut keeper = self.keeper(&destination, began_with)?;
         let mut watch = self.watch()?;
         messages::plan(&watch.display, &self.request.scene, &self.planned);
+        if self.request.checkpoint.is_asked_for() && self.planned.params.method == Method::Simulate {
+            messages::keeps_none(&watch.display);
+        }
         inputs.notes.iter().for_each(|note| watch.display.file_note(note));
         let mut so_far = Progressed {
             mass_factors: inputs.mass_factors,
