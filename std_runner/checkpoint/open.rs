@@ -8,6 +8,7 @@ use crate::exit::Failure;
 use crate::held::{LOCK, hold, remove};
 use crate::report::REPORT;
 use core::cmp::Reverse;
+use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -38,6 +39,12 @@ pub(crate) fn is_there(folder: &Path) -> bool {
 /// # Errors
 /// There is none, or another run holds it.
 pub(crate) fn open(folder: &Path) -> Result<Found, Failure> {
+    // Who names one of the states means them.
+    let is_state = |name: &OsStr| SLOTS.iter().any(|slot| name == *slot);
+    let folder = match folder.parent() {
+        Some(place) if folder.is_file() && folder.file_name().is_some_and(is_state) => place,
+        _ => folder,
+    };
     let places = [folder.to_owned(), beside(folder)];
     let shown = folder.display();
     let place = places.iter().find(|place| has_states(place)).ok_or_else(|| {

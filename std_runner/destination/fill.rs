@@ -3,7 +3,7 @@
 use super::Destination;
 use super::moves::{Moves, Plan, files_below, sync_files, sync_folders};
 use super::staging::Staging;
-use super::written::{MANIFEST, Written, manifest_of};
+use super::written::{MANIFEST, Written, is_of_ours, manifest_of};
 use crate::exit::Failure;
 use crate::output::{OutputError, create_folder, sync_folder, write_bytes};
 use std::collections::BTreeSet;
@@ -187,10 +187,14 @@ impl Destination {
     /// The first half of a sentence about `trouble`.
     fn told(&self, trouble: &Trouble) -> String {
         match trouble {
-            Trouble::InTheWay(path) => format!(
-                "{} is there and was not written by thurible",
-                self.shown.join(path).display()
-            ),
+            Trouble::InTheWay(path) => {
+                let path = self.shown.join(path);
+                if self.written.is_empty() && is_of_ours(&self.folder) {
+                    format!("{} came there meanwhile, from another run", path.display())
+                } else {
+                    format!("{} is there and was not written by thurible", path.display())
+                }
+            }
             Trouble::Refused(path, error) if path.as_os_str().is_empty() => {
                 format!("cannot write {}: {error}", self.shown.display())
             }

@@ -13,6 +13,8 @@ const SOON: f64 = 0.5;
 const HALF: f64 = 0.5;
 /// Of the iterations so far, how many more are expected at least where the number of the rule does not fall.
 const SHORTLY: f64 = 0.05;
+/// A limit that is so many times as far away as the search has come does not tell when it ends.
+const FAR: f64 = 8.0;
 /// A descent ends by the first two of its scattered gains that are below the bound, so by the lower ones.
 const EARLY: f64 = 0.3;
 /// How much is believed that its gains fall as a power (measured: docs/watching.md).
@@ -116,9 +118,14 @@ impl Pace {
         // Where nothing falls just now the end is where it was expected, or soon; the limit of a search that is to converge is far away.
         let soon = SHORTLY * self.done as f64;
         let left = |end: f64| (end - self.done as f64).max(soon);
-        let falls = || self.foretold_to_hold();
-        let count = falls().or_else(|| self.end.map(left));
-        count.map_or(self.at_most(), |count| count.clamp(0.0, self.at_most()))
+        let count = self.foretold_to_hold().or_else(|| self.end.map(left));
+        let (at_most, done) = (self.at_most(), self.done as f64);
+        // Where the limit says nothing a guess that is far away would ever put off the end: from the middle on there is no more than as much again.
+        let believed = |count: f64| {
+            let is_guess = self.done >= MOST && at_most > FAR * done && count > 2.0 * done;
+            if is_guess { done } else { count }
+        };
+        count.map_or(at_most, |count| believed(count).clamp(0.0, at_most))
     }
 
     /// Iterations until the rule holds, up to the limit, where its number falls.
@@ -222,6 +229,25 @@ mod tests {
         // A line alone would say 33.
         let left = pace.left().unwrap();
         assert!((90.0..=150.0).contains(&left), "{left}");
+    }
+
+    /// Gains that hardly fall foretell nothing, nor does a limit that nobody expects to be reached; where they rest, the end stays.
+    #[test]
+    fn a_limit_that_is_far_away_does_not_put_off_the_end() {
+        let mut pace = Pace::new(100_000);
+        for number in 1..=200 {
+            // It would be below the bound after 10,000 iterations.
+            let value = 1e-4 * ((10_000 - number) as f64 * 1e-3).exp();
+            pace.note(&iteration(number, value), 0.1 * number as f64);
+        }
+        assert!((pace.left().unwrap() - 20.0).abs() < 1e-9);
+        let mut pace = Pace::new(100_000);
+        for number in 1..=80 {
+            let value = 1e-4 * ((100 - number.min(60)) as f64 * 0.1).exp();
+            pace.note(&iteration(number, value), number as f64);
+        }
+        let left = pace.left().unwrap();
+        assert!((4.0..60.0).contains(&left), "{left}");
     }
 
     /// ADMM's change of the density leaps now and then, where its step doubles.
