@@ -209,6 +209,19 @@ fn what_is_not_drawn_is_said_or_refused() {
     let spec: ShapeSpec = toml::from_str("image = \"only.svg\"").unwrap();
     let error = spec.rasterise(&box_of(8), &base).unwrap_err().to_string();
     assert!(error.contains("turn text into paths"), "{error}");
+    // A million dashes are not made.
+    for far in ["1e28", "11111111111111111111111111111", "9.5e+12"] {
+        let dashed = text.replace(
+            "<text>F</text>",
+            &format!("<path d=\"M 0 0.123456789012 L {far} 4\" stroke=\"black\" stroke-dasharray=\"2 1\"/>"),
+        );
+        fs::write(base.join("dashed.svg"), &dashed).unwrap();
+        let spec: ShapeSpec = toml::from_str("image = \"dashed.svg\"").unwrap();
+        let error = spec.rasterise(&box_of(8), &base).unwrap_err().to_string();
+        assert!(error.contains("has dashes, and a curve of more than"), "{error}");
+        fs::write(base.join("dashed.svg"), dashed.replace(far, "8")).unwrap();
+        draw(&base, "dashed.svg");
+    }
     // A name says nothing, of curves neither.
     fs::write(base.join("curves.png"), text).unwrap();
     assert_eq!(draw(&base, "curves.png").0, draw(&base, "text.svg").0);

@@ -4,6 +4,7 @@ use std::io::Read;
 
 use flate2::read::MultiGzDecoder;
 use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::usvg::roxmltree::{Document, ParsingOptions};
 use resvg::usvg::{Fill, Group, ImageHrefResolver, Node, Options, Paint, Stroke, Tree};
 
 use super::pixels::{Pixels, Samples};
@@ -33,6 +34,14 @@ const FARTHEST: f32 = 1e6;
 /// Pixels of a pattern's tile that are drawn in any case; four pages are too. The library draws each tile as a whole, however little of it is seen.
 const LARGEST: f32 = 4e6;
 
+/// Units beyond which no curve is dashed: of one of 10^28 the library makes a million dashes before anybody can ask where it goes.
+const LONGEST_DASHED: f64 = 1e7;
+
+/// Attributes that say where a curve goes.
+const OF_CURVES: [&str; 13] = [
+    "d", "points", "x1", "y1", "x2", "y2", "x", "y", "width", "height", "r", "rx", "ry",
+];
+
 /// Draws an SVG file with `side` pixels along its longer side.
 pub(super) fn read(bytes: &[u8], side: usize) -> Result<Pixels, Fault> {
     let options = Options {
@@ -44,6 +53,12 @@ pub(super) fn read(bytes: &[u8], side: usize) -> Result<Pixels, Fault> {
     };
     let remedy = "save it as plain SVG";
     let fails = || Fault::content("makes the library fail that draws it", remedy);
+    if has_endless_dashes(bytes) {
+        return Err(Fault::content(
+            format!("has dashes, and a curve of more than {LONGEST_DASHED} units"),
+            "take one of them away",
+        ));
+    }
     let tree = guarded(|| Tree::from_data(bytes, &options)).ok_or_else(fails)?;
     let tree = tree.map_err(|error| Fault::content(format!("cannot be read as SVG ({error})"), remedy))?;
     let (width, height) = (tree.size().width(), tree.size().height());
@@ -80,6 +95,56 @@ pub(super) fn read(bytes: &[u8], side: usize) -> Result<Pixels, Fault> {
         samples: Samples::Narrow(map.take_demultiplied()),
         note: left_out(bytes),
     })
+}
+
+/// Whether there are dashes in a drawing, and a curve with a number above [`LONGEST_DASHED`]. What is no XML has neither.
+fn has_endless_dashes(bytes: &[u8]) -> bool {
+    let text = core::str::from_utf8(bytes).unwrap_or("");
+    if !text.contains("dasharray") {
+        return false;
+    }
+    let allowing = ParsingOptions {
+        allow_dtd: true,
+        ..ParsingOptions::default()
+    };
+    let document = guarded(|| Document::parse_with_options(text, allowing).ok()).flatten();
+    document.is_some_and(|document| {
+        let all = document.descendants().flat_map(|node| node.attributes());
+        let mut of_curves = all.filter(|attribute| OF_CURVES.contains(&attribute.name()));
+        of_curves.any(|attribute| has_number_above(LONGEST_DASHED, attribute.value()))
+    })
+}
+
+/// Whether a text has a number above `most`, wherever it begins and ends.
+fn has_number_above(most: f64, text: &str) -> bool {
+    let digits = |text: &str| {
+        text.len()
+            - text
+                .trim_start_matches(|letter: char| letter.is_ascii_digit())
+                .len()
+    };
+    let mut rest = text;
+    while let Some((_, from_digit)) = rest
+        .find(|letter: char| letter.is_ascii_digit())
+        .and_then(|begin| rest.split_at_checked(begin))
+    {
+        let (whole, behind) = from_digit.split_at(digits(from_digit));
+        // What follows a point is a part of a unit, however many digits it has.
+        let behind = behind
+            .strip_prefix('.')
+            .map_or(behind, |part| part.split_at(digits(part)).1);
+        let power = behind.strip_prefix(['e', 'E']).unwrap_or("");
+        let power = power.strip_prefix('+').unwrap_or(power);
+        let power = power.split_at(digits(power)).0.parse().unwrap_or(0);
+        if whole
+            .parse()
+            .is_ok_and(|whole: f64| whole * 10.0_f64.powi(power) > most)
+        {
+            return true;
+        }
+        rest = behind;
+    }
+    false
 }
 
 /// Whether a curve of a group, or of what clips, masks or fills it, has a place farther than this.
