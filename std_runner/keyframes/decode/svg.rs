@@ -273,7 +273,7 @@ mod tests {
             // A width that is none: the page is as large as what is drawn.
             (
                 format!(
-                    "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"\u{feff}mm\" height=\"30\"><filter id=\"f\"><feGaussianBlur stdDeviation=\"2\"/></filter><g transform=\"translate(2,3) rotate(15)\" clip-path=\"url(#c)\"><path d=\"M 1 1 C 5 5 9 0 12 12 S 3 3 20 20 q 1 -9223372036854775808 3 4 A 5 5 0 0 1 9 9 Z\" stroke=\"black\" stroke-dasharray=\"2 1\"/></g>{}</svg>",
+                    "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"\u{feff}mm\" height=\"30\"><filter id=\"f\"><feGaussianBlur stdDeviation=\"2\"/></filter><g transform=\"translate(2,3) rotate(15)\" clip-path=\"url(#c)\"><path d=\"M 1 1 C 5 5 9 0 12 12 S 3 3 20 20 q 1 -9223372036854775808 3 4 A 5 5 0 0 1 9 9 Z\" stroke=\"black\"/></g>{}</svg>",
                     polygon("filter=\"url(#f)\"")
                 ),
                 "has a page of",
