@@ -39,9 +39,3 @@ pub(crate) fn arrived() -> Result<(), Failure> {
         )))
     })
 }
-
-/// "1 step", "2 steps".
-pub(crate) fn counted(count: usize, what: &str) -> String {
-    let many = if count == 1 { "" } else { "s" };
-    format!("{count} {what}{many}")
-}

@@ -3,10 +3,10 @@
 use super::inputs::Input;
 use crate::among::told;
 use crate::exit::Failure;
-use crate::report::{ARCHIVE, REPORT};
+use crate::report::{ARCHIVE, REPORT, is_said_of};
 use crate::scene::Document;
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 use thurible_core::exec::Ranks;
@@ -205,17 +205,17 @@ impl Solve {
             && self.options.precision == precision
     }
 
-    /// Whether the result in `folder` is one that this solve may be written over: the one that was there when it began, or one of its own
+    /// Whether the result in `folder`, if there is one, may be written over by this solve's: it was there when it began, or is of the same
     /// scene, as an interrupted solve leaves it.
     pub fn may_replace(&self, folder: &Path) -> bool {
         let Some(sum) = report_sum(folder) else {
             return true;
         };
-        let text = fs::read_to_string(folder.join(REPORT)).unwrap_or_default();
-        let report: Value = serde_json::from_str(&text).unwrap_or_default();
         let is_own = || {
-            report.get("scene").and_then(Value::as_str) == Some(&self.text)
-                && report.get("overrides") == Some(&json!(self.assignments))
+            let text = fs::read(folder.join(REPORT)).unwrap_or_default();
+            let report: Value = serde_json::from_slice(&text).unwrap_or_default();
+            let set = self.assignments.iter().map(String::as_str);
+            is_said_of(&report, (&self.text, set), &self.options.precision)
         };
         self.options.over == Some(sum) || is_own()
     }

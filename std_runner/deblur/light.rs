@@ -1,7 +1,7 @@
 //! Images as linear light, planes of the channels one after the other.
 
 use crate::exit::Failure;
-use crate::keyframes::{Measured, Series, ShapeError, is_picture, measured};
+use crate::keyframes::{Measured, Series, ShapeError, ends_with, is_picture, measured};
 use clap::ValueEnum;
 use std::path::Path;
 
@@ -17,10 +17,7 @@ pub enum Light {
 impl Light {
     /// What a file holds where nothing is said: pictures sRGB, EXR and arrays light as it is.
     pub fn of(path: &Path) -> Self {
-        let exr = path
-            .extension()
-            .is_some_and(|end| end.eq_ignore_ascii_case("exr"));
-        if is_picture(path) && !exr {
+        if is_picture(path) && !ends_with(path, "exr") {
             Self::Srgb
         } else {
             Self::Linear
@@ -62,10 +59,7 @@ pub(super) fn failed(error: ShapeError) -> Failure {
 impl Image {
     /// Reads `path`, which `key` names.
     pub fn read(key: &str, path: &Path, light: Light) -> Result<Self, Failure> {
-        let npz = path
-            .extension()
-            .is_some_and(|end| end.eq_ignore_ascii_case("npz"));
-        let name = npz.then_some("image");
+        let name = ends_with(path, "npz").then_some("image");
         let Measured {
             shape, mut values, ..
         } = measured(key, path, name).map_err(failed)?;

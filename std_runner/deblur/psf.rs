@@ -2,7 +2,7 @@
 
 use super::light::failed;
 use crate::exit::Failure;
-use crate::keyframes::{is_picture, measured};
+use crate::keyframes::{ends_with, is_picture, measured};
 use std::path::Path;
 use thurible_core::deblur::{Blur, Frame};
 
@@ -72,10 +72,7 @@ impl Psf {
 
     fn of_file(text: &str, size: [usize; 2]) -> Result<Self, Failure> {
         let path = Path::new(text);
-        let ends = |end: &str| {
-            path.extension()
-                .is_some_and(|found| found.eq_ignore_ascii_case(end))
-        };
+        let ends = |end: &str| ends_with(path, end);
         if ends("npz") {
             return Self::field(text, path, size);
         }

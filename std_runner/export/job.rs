@@ -58,10 +58,7 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
     let follows = ranks.rank() > 0;
     let mode = if follows { Mode::Quiet } else { request.mode };
     let (display, interrupt) = (Display::new(mode, steps.clone().count()), Interrupt::listen()?);
-    let mut later = 0_u64;
-    for sink in &sinks {
-        later = later.saturating_add(sink.later(&source, &steps)?);
-    }
+    let later = sinks.iter().map(|sink| sink.later(&steps)).sum();
     let mut run = Run {
         forecast: Forecast::new(steps.clone().count(), later),
         shown: &request.folder,
@@ -115,12 +112,10 @@ impl Run<'_, '_> {
         let (mut next, mut largest) = (first, 0.0_f64);
         while next <= end && (next == first || !self.is_to_stop()) {
             let step = next + self.ranks.rank();
-            let written = self
-                .look_ahead(folder, next - first)
-                .and_then(|()| match step <= end {
-                    true => self.step(folder, step, staggered),
-                    false => Ok(0.0),
-                });
+            let written = match self.look_ahead(folder, next - first) {
+                Ok(()) if step <= end => self.step(folder, step, staggered),
+                ahead => ahead.map(|()| 0.0),
+            };
             largest = largest.max(self.all_of(written)?);
             for step in next..=end.min(next + count - 1) {
                 self.display.event("step", json!({ "step": step }));
@@ -243,7 +238,7 @@ fn sinks<'m>(
             Format::Vti => Box::new(vti::Images(manner)),
             Format::Zarr => Box::new(zarr::Group::of(source, first)?),
             Format::Fga => Box::new(fga::Fields(manner)),
-            Format::Npz => Box::new(npz::Archive),
+            Format::Npz => Box::new(npz::Archive::of(source)?),
         })
     };
     formats.into_iter().map(sink).collect()

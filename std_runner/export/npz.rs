@@ -9,7 +9,17 @@ use core::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 /// One file, written in the end.
-pub(super) struct Archive;
+pub(super) struct Archive {
+    arrays: Vec<Held>,
+}
+
+impl Archive {
+    /// That of `source`.
+    pub fn of(source: &Source) -> Result<Self, Failure> {
+        let arrays = arrays(source)?;
+        Ok(Self { arrays })
+    }
+}
 
 impl Sink for Archive {
     fn parts(&self) -> Vec<PathBuf> {
@@ -20,12 +30,12 @@ impl Sink for Archive {
         Ok(())
     }
 
-    fn later(&self, source: &Source, steps: &RangeInclusive<usize>) -> Result<u64, Failure> {
+    fn later(&self, steps: &RangeInclusive<usize>) -> u64 {
         let bytes = |held: &Held| {
             let numbers: usize = held.whole(held.entries(steps).len()).iter().product();
             numbers as u64 * number_bytes(&held.kind) as u64
         };
-        Ok(arrays(source)?.iter().map(bytes).sum())
+        self.arrays.iter().map(bytes).sum()
     }
 
     fn finish(
@@ -34,11 +44,11 @@ impl Sink for Archive {
         source: &mut Source,
         steps: RangeInclusive<usize>,
     ) -> Result<(), OutputError> {
-        let mut all = arrays(source).map_err(OutputError::Source)?;
-        all.retain(|held| !held.entries(&steps).is_empty());
+        let all = self.arrays.iter_mut();
+        let all = all.filter(|held| !held.entries(&steps).is_empty());
         let path = folder.join(format!("{SMOKE}.npz"));
         write_npz(&path, |npz| {
-            for held in &mut all {
+            for held in all {
                 let entries = held.entries(&steps);
                 let order = if held.kind.ends_with('1') { '|' } else { '<' };
                 let shape = held.whole(entries.len());

@@ -3,7 +3,6 @@
 use super::orient::{Orientation, Up};
 use super::source::{Frame, Source};
 use super::vdb::Codec;
-use crate::exit::Failure;
 use crate::output::OutputError;
 use core::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -94,8 +93,8 @@ pub(super) trait Sink {
     fn step(&mut self, folder: &Path, source: &mut Source, frame: &Frame) -> Result<(), OutputError>;
 
     /// Bytes of arrays that are written behind the last one of `steps`.
-    fn later(&self, _: &Source, _: &RangeInclusive<usize>) -> Result<u64, Failure> {
-        Ok(0)
+    fn later(&self, _: &RangeInclusive<usize>) -> u64 {
+        0
     }
 
     /// Writes what is said of all `steps`.

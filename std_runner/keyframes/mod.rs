@@ -40,6 +40,7 @@ pub use canvas::Canvas;
 pub(crate) use caption::caption;
 pub(crate) use decode::is_picture;
 pub use earlier::Earlier;
+pub(crate) use ending::ends_with;
 pub use error::ShapeError;
 pub use frames::{Frame, Frames, has_array};
 pub(crate) use measured::{Measured, Measurements, measured};

@@ -23,9 +23,9 @@ const CELL: usize = 112;
 const ENCODER: usize = 1 << 20;
 /// Pixels to a byte of a PNG file, at least; and how often the page holds a file while it is put together, about.
 const PACKED: usize = 2;
-/// As many in a picture of smoke, usually.
-const USUALLY_PACKED: usize = 16;
 const COPIES: usize = 5;
+/// Pixels to a byte of a picture of smoke, usually.
+const USUALLY_PACKED: usize = 16;
 
 /// The file of the animation.
 pub(crate) const ANIMATION: &str = "animation.png";

@@ -43,8 +43,9 @@ pub struct Pace {
     bound: f64,
     /// Whether it falls as a power of the number of iterations.
     is_power: bool,
-    /// After how many iterations it was last foretold to hold, as far as that could be.
+    /// After how many iterations it was last foretold to hold, and whether that was the last time that it was looked at.
     end: Option<f64>,
+    falls: bool,
 }
 
 impl Pace {
@@ -78,9 +79,9 @@ impl Pace {
             }
             self.values.push_back(value.max(f64::MIN_POSITIVE).ln());
             (self.bound, self.is_power) = (bound.ln(), falls == Falls::AsPower);
-            if let Some(count) = self.foretold_to_hold() {
-                self.end = Some(done as f64 + count);
-            }
+            let count = self.foretold_to_hold();
+            self.falls = count.is_some();
+            self.end = count.map(|count| done as f64 + count).or(self.end);
         }
     }
 
@@ -115,11 +116,10 @@ impl Pace {
     }
 
     fn iterations_left(&self) -> f64 {
-        // Where nothing falls just now the end is where it was expected, or soon; the limit of a search that is to converge is far away.
-        let soon = SHORTLY * self.done as f64;
-        let left = |end: f64| (end - self.done as f64).max(soon);
-        let count = self.foretold_to_hold().or_else(|| self.end.map(left));
         let (at_most, done) = (self.at_most(), self.done as f64);
+        // Where nothing falls just now the end is where it was expected, or soon; the limit of a search that is to converge is far away.
+        let soon = if self.falls { 0.0 } else { SHORTLY * done };
+        let count = self.end.map(|end| (end - done).max(soon));
         // Where the limit says nothing a guess that is far away would ever put off the end: from the middle on there is no more than as much again.
         let believed = |count: f64| {
             let is_guess = self.done >= MOST && at_most > FAR * done && count > 2.0 * done;

@@ -1,6 +1,6 @@
 //! The program and the machine that made the figures of a page.
 
-use crate::console::counted;
+use crate::report;
 use crate::threads;
 
 /// "thurible 0.1.0, in f32 on 2 threads of 2 (a processor)".
@@ -10,7 +10,7 @@ pub(crate) fn machine(version: &str, precision: &str, count: usize) -> String {
     } else {
         ""
     };
-    let threads = counted(count, "thread");
+    let threads = report::count(count, "thread");
     let (all, processor) = (threads::available(), processor());
     format!("thurible {version}{build}, in {precision} on {threads} of {all} ({processor})")
 }

@@ -1,7 +1,7 @@
-//! What the `report.json` of a result folder says of its arrays.
+//! What the `report.json` of a result folder says of its arrays, and of the scene that it is of.
 
 use crate::exit::Failure;
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 
@@ -75,4 +75,15 @@ impl Said {
     pub fn side(&self) -> f64 {
         self.length / self.cells.iter().copied().max().unwrap_or(1) as f64
     }
+}
+
+/// Whether a report is that of a scene of this text, with all that was set, in this precision.
+pub(crate) fn is_said_of<'a>(
+    report: &Value,
+    (text, set): (&str, impl Iterator<Item = &'a str>),
+    precision: &str,
+) -> bool {
+    report["scene"] == text
+        && report["overrides"] == json!(set.collect::<Vec<_>>())
+        && report["precision"] == precision
 }

@@ -1,14 +1,14 @@
 //! What a solve prints before and after, and its failures.
 
 use crate::bytes;
-use crate::console::{self, counted};
+use crate::console;
 use crate::destination::{Destination, RUN_AGAIN};
 use crate::exit::{Failure, code_of_result};
 use crate::plan::{Planned, plan_fields, size_in_words};
 use crate::problem::OwnedProblem;
 use crate::progress::{Display, Mode, Watch, in_words};
 use crate::remarks::{self, KeyframeError};
-use crate::report::{KeyframeRecord, RunRecord, template_lines};
+use crate::report::{KeyframeRecord, RunRecord, count, template_lines};
 use crate::scene::Scene;
 use crate::windows::Window;
 use serde_json::json;
@@ -23,11 +23,11 @@ pub(super) fn plan(display: &Display, scene: &Scene, planned: &Planned) {
         scene.document.path().display(),
         planned.params.method.name(),
         size_in_words(&planned.problem.cells),
-        counted(planned.problem.steps, "step"),
+        count(planned.problem.steps, "step"),
         bytes::grouped(planned.plan.bytes()),
         bytes::rounded(planned.plan.bytes()),
         planned.precision.name(),
-        counted(planned.params.threads, "thread")
+        count(planned.params.threads, "thread")
     ));
 }
 
@@ -117,7 +117,7 @@ pub(crate) fn goes_on(display: &Display, folder: &Path, watch: &Watch) {
     display.note(&format!(
         "going on from {} after {} and {}",
         folder.display(),
-        counted(done, "iteration"),
+        count(done, "iteration"),
         in_words(seconds)
     ));
 }
@@ -161,7 +161,7 @@ fn summary(watch: &Watch, record: &RunRecord, folder: &Path) {
     console::print(&format!(
         "{} after {} and {}",
         in_sentence(status),
-        counted(record.history.len(), "iteration"),
+        count(record.history.len(), "iteration"),
         in_words(watch.clock.seconds())
     ));
     let initial = objective.initial.map_or_else(String::new, |initial| {

@@ -29,13 +29,19 @@ use crate::exit::Failure;
 use std::path::Path;
 use thurible_core::Method;
 
+/// The file at `path` with what the `assignments` change of it, in order.
+fn document(path: &Path, assignments: &[String]) -> Result<Document, Failure> {
+    let mut document = Document::read(path)?;
+    for assignment in assignments {
+        document.set(assignment)?;
+    }
+    Ok(document)
+}
+
 impl Scene {
     /// Reads `path`, applies the `--set` assignments in order, then `--method`, and checks everything.
     pub fn load(path: &Path, assignments: &[String], method: Option<&str>) -> Result<Self, Failure> {
-        let mut document = Document::read(path)?;
-        for assignment in assignments {
-            document.set(assignment)?;
-        }
+        let mut document = document(path, assignments)?;
         if let Some(name) = method {
             document.replace(format!("--method {name}"), "method.name", name.into())?;
         }
@@ -44,19 +50,12 @@ impl Scene {
 
     /// As [`Self::load`], for the flow alone: the keyframes and the method of the file are left out.
     pub fn load_free(path: &Path, assignments: &[String]) -> Result<Self, Failure> {
-        let mut document = Document::read(path)?;
-        for assignment in assignments {
-            document.set(assignment)?;
-        }
-        Self::free_of(document)
+        Self::free_of(document(path, assignments)?)
     }
 
     /// As [`Self::load`], or where there is no keyframe as [`Self::load_free`].
     pub fn load_any(path: &Path, assignments: &[String]) -> Result<Self, Failure> {
-        let mut document = Document::read(path)?;
-        for assignment in assignments {
-            document.set(assignment)?;
-        }
+        let document = document(path, assignments)?;
         if document.table().contains_key("keyframe") {
             build::scene(document)
         } else {

@@ -7,6 +7,8 @@ pub(crate) struct Numbered {
     pub paths: Vec<PathBuf>,
     /// None where a file has no number.
     numbers: Option<Vec<u64>>,
+    /// Whether the names differ in their numbers alone.
+    are_alike: bool,
 }
 
 /// A number that is missing among others which are evenly apart.
@@ -23,22 +25,31 @@ impl Numbered {
         let mut all: Vec<(String, PathBuf)> = paths.into_iter().map(|path| (name_of(&path), path)).collect();
         all.sort();
         let names: Vec<&str> = all.iter().map(|(name, _)| name.as_str()).collect();
-        let Some(numbers) = numbers_in(&names) else {
+        let differing = differing(&names);
+        let are_alike = differing.is_some();
+        // Else the last number before the ending.
+        let numbers = differing.or_else(|| names.iter().map(|name| last_number(name)).collect());
+        let paths = all.into_iter().map(|(_, path)| path);
+        let Some(numbers) = numbers else {
             return Self {
-                paths: all.into_iter().map(|(_, path)| path).collect(),
+                paths: paths.collect(),
                 numbers: None,
+                are_alike,
             };
         };
-        let mut all: Vec<(u64, PathBuf)> = numbers
-            .into_iter()
-            .zip(all.into_iter().map(|(_, path)| path))
-            .collect();
-        all.sort();
-        let (numbers, paths) = all.into_iter().unzip();
+        let mut numbered: Vec<(u64, PathBuf)> = numbers.into_iter().zip(paths).collect();
+        numbered.sort();
+        let (numbers, paths) = numbered.into_iter().unzip();
         Self {
             paths,
             numbers: Some(numbers),
+            are_alike,
         }
+    }
+
+    /// The first number that is missing among all files whose names differ in their numbers alone: others may be counted by chance.
+    pub fn missing(&self) -> Option<Gap> {
+        self.gap(0, self.paths.len()).filter(|_| self.are_alike)
     }
 
     /// The first number that is missing among the files from number `first` to before number `end` of them. Files whose numbers follow in
@@ -66,49 +77,25 @@ fn name_of(path: &Path) -> String {
     name.to_string_lossy().into_owned()
 }
 
-/// The numbers of names: what stands where they differ, or else the last number before the ending.
-fn numbers_in(names: &[&str]) -> Option<Vec<u64>> {
-    let differing = || -> Option<Vec<u64>> {
-        let (first, rest) = names.split_first()?;
-        let alike = |one: &str, other: &str| {
-            let same = one
-                .bytes()
-                .zip(other.bytes())
-                .take_while(|(one, other)| one == other);
-            same.count()
-        };
-        let digit = |byte: &u8| byte.is_ascii_digit();
-        let before = rest.iter().map(|name| alike(first, name)).min()?;
-        // A digit that all have belongs to the number all the same.
-        let digits = first.as_bytes()[..before]
-            .iter()
-            .rev()
-            .take_while(|byte| digit(byte));
-        let before = before - digits.count();
-        let backwards = |name: &&str| -> Vec<u8> {
-            name.bytes()
-                .skip(before)
-                .collect::<Vec<u8>>()
-                .into_iter()
-                .rev()
-                .collect()
-        };
-        let end = backwards(first);
-        let after = rest
-            .iter()
-            .map(|name| {
-                end.iter()
-                    .zip(backwards(name))
-                    .take_while(|(one, other)| **one == *other)
-                    .count()
-            })
-            .min()?;
-        let digits = end[..after].iter().rev().take_while(|byte| digit(byte));
-        let after = after - digits.count();
-        let number = |name: &&str| name.get(before..name.len() - after)?.parse().ok();
-        names.iter().map(number).collect()
+/// The numbers of names that differ in nothing else.
+fn differing(names: &[&str]) -> Option<Vec<u64>> {
+    let before = shared(names.iter().map(|name| name.bytes().collect()).collect())?;
+    let backwards = |name: &&str| name.bytes().skip(before).rev().collect();
+    let after = shared(names.iter().map(backwards).collect())?;
+    let number = |name: &&str| name.get(before..name.len() - after)?.parse().ok();
+    names.iter().map(number).collect()
+}
+
+/// How many bytes all of them begin with. Digits at the end of these belong to the number that follows; none where there is one alone.
+fn shared(names: Vec<Vec<u8>>) -> Option<usize> {
+    let (first, rest) = names.split_first()?;
+    let alike = |other: &Vec<u8>| {
+        let pairs = first.iter().zip(other);
+        pairs.take_while(|(one, other)| one == other).count()
     };
-    differing().or_else(|| names.iter().map(|name| last_number(name)).collect())
+    let count = rest.iter().map(alike).min()?;
+    let digits = first.get(..count)?.iter().rev();
+    Some(count - digits.take_while(|byte| byte.is_ascii_digit()).count())
 }
 
 /// The last number of a name before its ending.
@@ -152,5 +139,13 @@ mod tests {
             }
             assert_eq!(missing, gap, "{names:?}");
         }
+    }
+
+    /// Pictures of several things may have numbers that count nothing.
+    #[test]
+    fn among_names_that_differ_otherwise_none_is_missing() {
+        let of = |names: [&str; 3]| Numbered::of(names.map(PathBuf::from)).missing();
+        assert!(of(["logo_v1.png", "title_v2.png", "end_v5.png"]).is_none());
+        assert!(of(["logo_v1.png", "logo_v2.png", "logo_v5.png"]).is_some());
     }
 }

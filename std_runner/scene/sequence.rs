@@ -96,7 +96,7 @@ fn by_pattern(
 ) -> Result<Vec<ShapeSpec>, Failure> {
     let key = format!("{key}.files");
     let files = files_of(document, &key, pattern)?;
-    if let Some(gap) = files.gap(0, files.paths.len()) {
+    if let Some(gap) = files.missing() {
         let why = format!(
             "is \"{pattern}\", and number {} is missing between {} and {}; add it, give the files without it other numbers, or write a [[keyframe]] for each",
             gap.missing, gap.before, gap.after

@@ -1,6 +1,6 @@
 //! Cameras as people say where they are, and as the core takes them: in cells, from the box's lower corner.
 
-use super::place::Place;
+use super::place::{Place, positive};
 use super::raw::RawCamera;
 use super::vector::{Vector, cross, dot, minus, scaled, solve, unit};
 use crate::exit::Failure;
@@ -109,8 +109,7 @@ impl Reader<'_> {
 
     fn positive(&self, name: &str, found: Option<f64>, remedy: &str) -> Result<f64, Failure> {
         match found {
-            Some(x) if x > 0.0 && x.is_finite() => Ok(x),
-            Some(x) => Err(self.refuse(name, format!("is {x}; write a number above 0"))),
+            Some(found) => positive(self.document, &format!("{}.{name}", self.key), found),
             None => Err(self.refuse(name, format!("is missing; {remedy}"))),
         }
     }

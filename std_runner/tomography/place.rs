@@ -42,6 +42,15 @@ impl Place {
     }
 }
 
+/// The number at `key`, which has to be above 0.
+pub(super) fn positive(document: &Document, key: &str, number: f64) -> Result<f64, Failure> {
+    if number > 0.0 && number.is_finite() {
+        Ok(number)
+    } else {
+        Err(document.refuse(key, format!("is {number}; write a number above 0")))
+    }
+}
+
 /// Reads the box, and its cells along x, y (and z).
 pub(super) fn place(document: &Document, raw: &RawBox) -> Result<(Place, Vec<usize>), Failure> {
     let dims = raw.cells.len();
@@ -50,10 +59,7 @@ pub(super) fn place(document: &Document, raw: &RawBox) -> Result<(Place, Vec<usi
         let why = format!("is {:?}; write two or three counts from 2 to {MOST}", raw.cells);
         return Err(document.refuse("box.cells", why));
     }
-    let length = raw.length.unwrap_or(1.0);
-    if !(length > 0.0 && length.is_finite()) {
-        return Err(document.refuse("box.length", format!("is {length}; write a number above 0")));
-    }
+    let length = positive(document, "box.length", raw.length.unwrap_or(1.0))?;
     let given = raw.origin.clone().unwrap_or(vec![0.0; dims]);
     if given.len() != dims || given.iter().any(|x| !x.is_finite()) {
         let why = format!("is {given:?}; write {dims} finite numbers, the lower corner of the box");

@@ -1,5 +1,6 @@
 //! The pictures of a camera: a file for each frame, or an array of all of them; as light, less what there is without smoke.
 
+use super::place::positive;
 use super::raw::{RawBackground, RawCamera};
 use crate::deblur::Light;
 use crate::exit::Failure;
@@ -49,12 +50,8 @@ impl Source {
             pictures: Pictures::of(document, key, raw, dims)?,
             light,
             background: Background::Level(0.0),
-            scale: raw.scale.unwrap_or(1.0),
+            scale: positive(document, &format!("{key}.scale"), raw.scale.unwrap_or(1.0))?,
         };
-        if !(source.scale > 0.0 && source.scale.is_finite()) {
-            let why = format!("is {}; write a number above 0", source.scale);
-            return Err(document.refuse(&format!("{key}.scale"), why));
-        }
         let place = format!("{key}.background");
         source.background = match &raw.background {
             None => return Ok(source),
@@ -222,7 +219,7 @@ pub(super) fn refuse<'a>(document: &'a Document, key: &'a str) -> impl Fn(ShapeE
 
 /// Refuses a sequence whose numbers leave one out.
 fn no_gap(document: &Document, key: &str, pattern: &str, files: &Numbered) -> Result<(), Failure> {
-    match files.gap(0, files.paths.len()) {
+    match files.missing() {
         None => Ok(()),
         Some(gap) => Err(document.refuse(
             key,

@@ -1,7 +1,7 @@
 //! What is photographed: the densities of a result or of a file.
 
 use crate::exit::Failure;
-use crate::keyframes::{Measured, Measurements};
+use crate::keyframes::{Measured, Measurements, ends_with};
 use core::ops::RangeInclusive;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -47,9 +47,7 @@ impl Subject {
         } else {
             rig.result.clone()
         };
-        let single = path
-            .extension()
-            .is_some_and(|end| end.eq_ignore_ascii_case("npy"));
+        let single = ends_with(&path, "npy");
         let array = (!single).then(|| rig.array.clone());
         let report = folder
             .then(|| std::fs::read_to_string(rig.result.join("report.json")).ok())

@@ -2,7 +2,7 @@
 
 use super::cameras::{Optics, optics};
 use super::novel::{Novel, pictures, size_of};
-use super::place::{Place, place};
+use super::place::{Place, place, positive};
 use super::raw::{RawCamera, RawTruth, RawViews};
 use super::settings::{Chosen, chosen};
 use super::sources::{Source, light, refuse};
@@ -78,8 +78,8 @@ impl Views {
         let mut views = Self {
             length: place.side * cells.iter().copied().max().unwrap_or(1) as f64,
             cells,
-            dt: raw.pictures.dt.unwrap_or(1.0),
-            scale: raw.pictures.scale.unwrap_or(1.0),
+            dt: positive(&document, "pictures.dt", raw.pictures.dt.unwrap_or(1.0))?,
+            scale: positive(&document, "pictures.scale", raw.pictures.scale.unwrap_or(1.0))?,
             first: raw.pictures.first.unwrap_or(0),
             frames: 0,
             cameras,
@@ -89,7 +89,6 @@ impl Views {
             notes: Vec::new(),
             document,
         };
-        views.check_numbers()?;
         views.count(raw.pictures.last)?;
         views.look(automatic_gamma)?;
         let first = views.cameras.iter().find(|view| view.source.is_for_screens());
@@ -112,17 +111,6 @@ impl Views {
         }
         views.truth = views.truth_of(raw.truth)?;
         Ok(views)
-    }
-
-    fn check_numbers(&self) -> Result<(), Failure> {
-        for (key, value) in [("pictures.dt", self.dt), ("pictures.scale", self.scale)] {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(self
-                    .document
-                    .refuse(key, format!("is {value}; write a number above 0")));
-            }
-        }
-        Ok(())
     }
 
     /// How many frames there are: as many of each camera.

@@ -3,7 +3,7 @@
 use super::files::refused;
 use super::scene::{CaptureScene, Wanted};
 use crate::exit::Failure;
-use crate::keyframes::Series;
+use crate::keyframes::{Series, ends_with};
 use crate::undershoot::place;
 use std::path::Path;
 
@@ -30,9 +30,7 @@ impl Emission {
             (Wanted::Automatic, Some(path)) => path,
             _ => return Ok(None),
         };
-        let single = path
-            .extension()
-            .is_some_and(|end| end.eq_ignore_ascii_case("npy"));
+        let single = ends_with(path, "npy");
         let series = Series::open(path, (!single).then_some(NAME), KEY);
         let series = series.map_err(|error| refused(&scene.document, KEY, &error))?;
         let cells: Vec<usize> = cells.iter().rev().copied().collect();

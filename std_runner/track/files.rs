@@ -2,7 +2,7 @@
 
 use super::scene::{CaptureScene, ENDS};
 use crate::exit::Failure;
-use crate::keyframes::{Frames, Series, ShapeError, has_array, is_picture};
+use crate::keyframes::{Frames, Series, ShapeError, ends_with, has_array, is_picture};
 use crate::scene::{Document, Numbered, files_of};
 use std::path::{Path, PathBuf};
 use thurible_core::{Boundary, Named};
@@ -94,8 +94,8 @@ pub(super) fn find(scene: &CaptureScene) -> Result<Found, Failure> {
 
 /// Refuses a file that is one frame, whatever is in it.
 fn refuse_one_frame(document: &Document, path: &Path) -> Result<(), Failure> {
-    let ending = path.extension().unwrap_or_default().to_string_lossy();
-    if is_picture(path) || ending.eq_ignore_ascii_case("vdb") {
+    if is_picture(path) || ends_with(path, "vdb") {
+        let ending = path.extension().unwrap_or_default().to_string_lossy();
         let why = format!(
             "names {}, which is one frame, and a flow needs two; write a pattern of several, as in \"smoke_*.{ending}\"",
             path.display()
@@ -151,11 +151,8 @@ fn in_folder(document: &Document, folder: &Path) -> Result<Numbered, Failure> {
     let entries = std::fs::read_dir(folder).map_err(unread)?;
     let all: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
     let of = |ending: &str| -> Vec<PathBuf> {
-        let fits = |path: &&PathBuf| {
-            path.extension()
-                .is_some_and(|own| own.eq_ignore_ascii_case(ending))
-        };
-        all.iter().filter(fits).cloned().collect()
+        let fits = all.iter().filter(|path| ends_with(path, ending));
+        fits.cloned().collect()
     };
     let mut kinds: Vec<Vec<PathBuf>> = ENDINGS
         .map(of)

@@ -5,7 +5,7 @@ use super::files::{self, Found, KEY, TRUTH, refused};
 use super::scene::CaptureScene;
 use crate::change::{self, Change};
 use crate::exit::Failure;
-use crate::keyframes::{Frames, Series};
+use crate::keyframes::{Frames, Series, ends_with};
 use crate::plan::size_in_words;
 use crate::undershoot::{Undershoot, place};
 use thurible_core::Boundary;
@@ -243,8 +243,7 @@ fn has_channels(cells: &[usize]) -> bool {
 /// Whether a frame is a file of a volume, which has no channels.
 fn is_volume(frames: &Frames, index: usize) -> bool {
     let (path, _) = frames.place(index);
-    path.extension()
-        .is_some_and(|ending| ending.eq_ignore_ascii_case("vdb"))
+    ends_with(path, "vdb")
 }
 
 /// The first frame that is tracked, and how many pairs follow.

@@ -315,26 +315,23 @@ fn another_result_in_its_place_stays() {
     let folder = folder_with("moved", PLAIN);
     let solve = ["solve", "scene.toml", "-o", "shot/out"];
     killed(&folder, &[&solve[..], &["--checkpoint", "every=1"]].concat(), 5);
-    // Beside the state there is the result of another solve.
-    let other = [
-        "solve",
-        "scene.toml",
-        "-o",
-        "shot/other",
-        "--set",
-        "method.iterations=1",
-        "--quiet",
-    ];
-    assert!(matches!(ended(&folder, &other).code, 0 | 5));
-    fs::rename(folder.join("shot/other"), folder.join("shot/out")).unwrap();
-    let there = fs::read(folder.join("shot/out/result.npz")).unwrap();
-    let refused = ended(&folder, &["resume", "shot/out"]);
-    assert!(
-        refused.code == 4 && refused.err.contains("shot/out holds a result already"),
-        "{}",
-        refused.err
-    );
-    assert_eq!(fs::read(folder.join("shot/out/result.npz")).unwrap(), there);
+    // Beside the state there is the result of another solve, of another limit or of another precision.
+    let mut there = Vec::new();
+    for other in [["--set", "method.iterations=1"], ["--precision", "f64"]] {
+        let _ = fs::remove_dir_all(folder.join("shot/out"));
+        let solve = ["solve", "scene.toml", "-o", "shot/other", "--quiet"];
+        let solved = ended(&folder, &[&solve[..], &other].concat());
+        assert!(matches!(solved.code, 0 | 5), "{}", solved.err);
+        fs::rename(folder.join("shot/other"), folder.join("shot/out")).unwrap();
+        there = fs::read(folder.join("shot/out/result.npz")).unwrap();
+        let refused = ended(&folder, &["resume", "shot/out"]);
+        assert!(
+            refused.code == 4 && refused.err.contains("shot/out holds a result already"),
+            "{}",
+            refused.err
+        );
+        assert_eq!(fs::read(folder.join("shot/out/result.npz")).unwrap(), there);
+    }
     // Where the folder is moved the result follows, and what comes to its old place is nothing to it.
     fs::rename(folder.join("shot/out"), folder.join("other")).unwrap();
     fs::rename(folder.join("shot"), folder.join("moved")).unwrap();

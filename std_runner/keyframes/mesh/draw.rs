@@ -54,16 +54,13 @@ pub(in crate::keyframes) fn draw(
     let filled = fill(&body, canvas, placed.edge);
     let (said, shown) = (found::sentence(&body, &filled), path.display());
     notes.push(Note::remark(format!("mesh `{shown}`, {} up, {said}", up.name())));
-    let outside = outside(&body, canvas);
-    let is_empty = filled.density.iter().all(|&density| density < FAINTEST);
-    if is_empty && outside.is_none() {
+    if let Some(sides) = outside(&body, canvas) {
+        notes.push(Note::warning(format!(
+            "a part of the mesh `{shown}` lies outside of the box, {sides}, and is cut off; move it inwards, or make it smaller"
+        )));
+    } else if filled.density.iter().all(|&density| density < FAINTEST) {
         let remedy = "an open sheet or a body thinner than a cell has no inside: give it thickness (Solidify in Blender, Thicken of PolyExtrude in Houdini), or more cells";
         return Err(Fault::content("encloses no cell", remedy).of("mesh", path));
-    }
-    if let Some(where_) = outside {
-        notes.push(Note::warning(format!(
-            "a part of the mesh `{shown}` lies outside of the box, {where_}, and is cut off; move it inwards, or make it smaller"
-        )));
     }
     Ok(filled.density)
 }
