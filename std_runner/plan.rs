@@ -212,6 +212,26 @@ pub fn choose(scene: &Scene, options: &PlanOptions) -> Result<Planned, Failure> 
 fn over_limit(scene: &Scene, planned: &Planned, options: &PlanOptions, limit: usize) -> Failure {
     let needed = block_bytes(&planned.plan);
     let mut ways = Vec::new();
+    let alone = PlanOptions {
+        threads: Some(1),
+        ..*options
+    };
+    if planned.params.threads > 1 && make(scene, &alone).is_ok_and(|alone| block_bytes(&alone.plan) <= limit)
+    {
+        ways.push("use --threads 1, which fits".into());
+    }
+    if options.began_under.is_some() {
+        // A solve goes on as the scene that it is.
+        ways.push("go on with it on a machine that has more".into());
+    } else {
+        smaller(&mut ways, planned, limit);
+    }
+    let (path, given) = (scene.document.path(), options.limit.is_some());
+    over(path, "the solve needs", (needed, limit), given, &ways)
+}
+
+/// Adds how a scene is solved within `limit` otherwise.
+fn smaller(ways: &mut Vec<String>, planned: &Planned, limit: usize) {
     let fits = |precision| {
         let bytes = planned.bytes_of(&planned.problem, precision);
         bytes.is_ok_and(|bytes| bytes.saturating_add(MARGIN) <= limit)
@@ -232,8 +252,6 @@ fn over_limit(scene: &Scene, planned: &Planned, options: &PlanOptions, limit: us
     if planned.windows.is_none() {
         ways.push("solve it in parts by `method.window`".into());
     }
-    let (path, given) = (scene.document.path(), options.limit.is_some());
-    over(path, "the solve needs", (needed, limit), given, &ways)
 }
 
 /// The largest grid of the same proportions, in steps of four cells, whose plan is within `limit`.

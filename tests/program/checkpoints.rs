@@ -267,6 +267,16 @@ fn what_was_changed_since_is_refused_by_name() {
     fs::remove_file(&source).unwrap();
     refused(&["source.npy", "put it back"], 4);
     fs::write(&source, bytes).unwrap();
+    // No other keys, nor another precision, are proposed to a solve that goes on.
+    let low = ended(
+        &folder,
+        &["resume", "out", "--threads", "2", "--memory-limit", "9KiB"],
+    );
+    assert!(
+        low.code == 3 && low.err.contains("raise --memory-limit") && !low.err.contains("`grid"),
+        "{}",
+        low.err
+    );
     // A new solve neither throws the state away unasked, nor can it be shared.
     let anew = ended(&folder, &["solve", "scene.toml", "-o", "out"]);
     assert_eq!(anew.code, 4);
