@@ -1,6 +1,7 @@
 //! `thurible deblur IMAGE --psf X`: a sharp image from a blurred one.
 
 use super::options::Overwriting;
+use super::words::OneOf;
 use crate::bytes;
 use crate::deblur::{Light, Request, restore};
 use crate::exit::Failure;
@@ -8,7 +9,6 @@ use crate::problem::Precision;
 use crate::progress::Mode;
 use clap::Args;
 use std::path::PathBuf;
-use thurible_core::Named;
 use thurible_core::deblur::{ImagePrior, Moves, Restorer, Tuning};
 
 /// Arguments of `deblur`.
@@ -23,10 +23,10 @@ pub struct DeblurArguments {
     #[arg(short, long, value_name = "DIR", default_value = "out/deblur")]
     pub output: PathBuf,
     /// The walk, or a baseline: richardson_lucy, wiener, primal_dual.
-    #[arg(long, value_name = "M", default_value = "walk", value_parser = word::<Restorer>)]
+    #[arg(long, value_name = "M", default_value = "walk", value_parser = OneOf::<Restorer>::all(), hide_possible_values = true)]
     pub method: Restorer,
     /// What is charged: none, tv, atv, mtv, sparse, gamma or clusters.
-    #[arg(long, value_name = "P", default_value = "tv", value_parser = word::<ImagePrior>)]
+    #[arg(long, value_name = "P", default_value = "tv", value_parser = OneOf::<ImagePrior>::all(), hide_possible_values = true)]
     pub prior: ImagePrior,
     /// How much of it; of wiener the noise [default: 3e-4; of sparse and gamma 1e-4; of wiener 3e-3].
     #[arg(long, value_name = "X")]
@@ -41,7 +41,7 @@ pub struct DeblurArguments {
     #[arg(long, value_name = "N", default_value_t = Tuning::default().budget)]
     pub budget: f64,
     /// What a mutation changes: pixel, or patch: a rectangle of 1, 2, 4 or 8 pixels a side, which comes nearer to the optimum.
-    #[arg(long = "move", value_name = "M", default_value = "pixel", value_parser = word::<Moves>)]
+    #[arg(long = "move", value_name = "M", default_value = "pixel", value_parser = OneOf::<Moves>::all(), hide_possible_values = true)]
     pub moves: Moves,
     /// Standard deviation of a mutation, in widths of the kernel.
     #[arg(long, value_name = "X", default_value_t = Tuning::default().sigma)]
@@ -140,8 +140,4 @@ pub fn run(arguments: &DeblurArguments) -> Result<u8, Failure> {
             _ => Mode::Human,
         },
     })
-}
-
-fn word<T: Named>(text: &str) -> Result<T, String> {
-    T::from_name(text).map_err(|allowed| format!("found \"{text}\", allowed is {allowed}"))
 }

@@ -28,3 +28,4 @@ pub mod thesis;
 pub mod tomography;
 pub mod track;
 pub mod upsample;
+mod words;

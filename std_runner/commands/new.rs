@@ -1,6 +1,7 @@
 //! `thurible new NAME`: a commented scene to start from.
 
 use super::schema;
+use super::words::Words;
 use crate::condense::{preset, preset_names};
 use crate::console;
 use crate::exit::{DONE, Failure};
@@ -24,7 +25,7 @@ pub struct NewArguments {
     /// Name of the scene; NAME.toml is written, and the schema by which editors check it beside it.
     pub name: PathBuf,
     /// Write this problem of `thurible condense` instead: rod, stretch, cantilever, buckle, noise or spring, or one with _3d at its end.
-    #[arg(long, value_name = "P")]
+    #[arg(long, value_name = "P", value_parser = Words(preset_names()), hide_possible_values = true)]
     pub preset: Option<String>,
     /// Print nothing but errors.
     #[arg(long)]
@@ -43,7 +44,7 @@ pub fn run(arguments: &NewArguments) -> Result<u8, Failure> {
             let found = preset(asked).ok_or_else(|| {
                 Failure::Input(format!(
                     "--preset {asked}: there is no such preset; presets are {}",
-                    preset_names()
+                    preset_names().join(", ")
                 ))
             })?;
             (found.text.to_owned(), "condense")

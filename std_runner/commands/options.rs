@@ -1,5 +1,6 @@
 //! Options that several commands share.
 
+use super::words::Words;
 use crate::blocks::{self, Blocks};
 use crate::checkpoint::{self, Every};
 use crate::destination::{Earlier, put_in_order};
@@ -271,7 +272,8 @@ pub struct SceneArguments {
     /// The scene file (TOML).
     pub scene: PathBuf,
     /// The method, by its word.
-    #[arg(long, value_name = "M", help = methods())]
+    #[arg(long, value_name = "M", help = format!("The method, one of: {}", methods().join(", ")))]
+    #[arg(value_parser = Words(methods()), hide_possible_values = true)]
     pub method: Option<String>,
     /// The common options.
     #[command(flatten)]
@@ -286,19 +288,17 @@ pub struct MethodList {
         long,
         value_name = "M,M",
         value_delimiter = ',',
-        default_value = "direct,admm"
+        default_value = "direct,admm",
+        value_parser = Words(methods()),
+        hide_possible_values = true
     )]
     pub methods: Vec<String>,
 }
 
-/// The help of `--method`.
-fn methods() -> String {
-    let words: Vec<&str> = steering().into_iter().map(Named::name).collect();
-    format!(
-        "The method, one of: {}, {}",
-        words.join(", "),
-        stable_fluids::NAME
-    )
+/// The words of all methods.
+fn methods() -> Vec<&'static str> {
+    let steering = steering().into_iter().map(Named::name);
+    steering.chain([stable_fluids::NAME]).collect()
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! `thurible paper`: the scenes of the paper's Table 2 and figures, on one page beside the paper's own figures.
 
 use super::options::{MethodList, Options, Overwriting};
+use super::words::Words;
 use crate::bytes::rounded;
 use crate::compare::{Comparison, listed, publish};
 use crate::console;
@@ -21,7 +22,7 @@ const STEM: &str = "paper";
 #[derive(Args, Debug)]
 pub struct PaperArguments {
     /// Which of them; all of Table 2 if none is named. --list shows the names.
-    #[arg(value_name = "NAME")]
+    #[arg(value_name = "NAME", value_parser = Words(paper::known().words()), hide_possible_values = true)]
     pub names: Vec<String>,
     /// Print the names and what they are, and solve nothing.
     #[arg(long)]

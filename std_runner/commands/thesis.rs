@@ -1,6 +1,7 @@
 //! `thurible thesis`: our row beside every figure and table of Gregson's thesis, on one page.
 
 use super::options::{Options, Overwriting, Resources};
+use super::words::Words;
 use crate::bytes::rounded;
 use crate::compare::publish;
 use crate::console;
@@ -20,7 +21,7 @@ const STEM: &str = "thesis";
 #[derive(Args, Debug)]
 pub struct ThesisArguments {
     /// Which of them; all if none is named. --list shows the names.
-    #[arg(value_name = "NAME")]
+    #[arg(value_name = "NAME", value_parser = Words(thesis::known().words()), hide_possible_values = true)]
     pub names: Vec<String>,
     /// Print the names, what they are and about how long they take, and run nothing.
     #[arg(long)]

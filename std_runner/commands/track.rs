@@ -1,11 +1,14 @@
 //! `thurible track CAPTURE`: the flow behind frames of smoke.
 
 use super::options::{Options, Overwriting, longer};
+use super::words::Words;
 use crate::exit::{DONE, Failure};
 use crate::progress::Clock;
 use crate::track::{self, CaptureScene, Request};
 use clap::Args;
 use std::path::{Path, PathBuf};
+use thurible_core::Named;
+use thurible_core::flow::Minimiser;
 
 /// Arguments of `track`.
 #[derive(Args, Debug)]
@@ -14,7 +17,7 @@ pub struct TrackArguments {
     /// .vdb or picture files.
     pub capture: PathBuf,
     /// How the flow is found: direct, admm or horn_schunck [default: direct].
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", value_parser = Words(Minimiser::WORDS.to_vec()), hide_possible_values = true)]
     pub method: Option<String>,
     /// Weight of smoothness, as --set track.alpha=X.
     #[arg(long, value_name = "X")]

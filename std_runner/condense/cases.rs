@@ -45,7 +45,7 @@ pub(crate) fn document(
         let found = preset(name).ok_or_else(|| {
             Failure::Input(format!(
                 "\"{name}\" is neither a preset nor the name of a scene file that ends in .toml; presets are {}",
-                preset_names()
+                preset_names().join(", ")
             ))
         })?;
         Document::parse(path, found.text.into())?

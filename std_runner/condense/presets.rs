@@ -45,9 +45,8 @@ pub(crate) fn presets() -> &'static [Preset] {
 }
 
 /// Their names.
-pub(crate) fn preset_names() -> String {
-    let names: Vec<&str> = ALL.iter().map(|preset| preset.name).collect();
-    names.join(", ")
+pub(crate) fn preset_names() -> Vec<&'static str> {
+    ALL.iter().map(|preset| preset.name).collect()
 }
 
 /// The one with this name.

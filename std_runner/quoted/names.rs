@@ -34,13 +34,17 @@ impl Names {
             .collect())
     }
 
-    fn unknown(&self, name: &str) -> Failure {
+    /// All of them: parts, then groups.
+    pub fn words(&self) -> Vec<&'static str> {
         let groups = self.groups.iter().map(|(group, _)| *group);
-        let known: Vec<&str> = self.parts.iter().copied().chain(groups).collect();
+        self.parts.iter().copied().chain(groups).collect()
+    }
+
+    fn unknown(&self, name: &str) -> Failure {
         let command = self.command;
         Failure::Input(format!(
             "the {command}'s list has no \"{name}\", only {}; name one of these, `thurible {command} --list` says what they are",
-            known.join(", ")
+            self.words().join(", ")
         ))
     }
 

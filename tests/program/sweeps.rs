@@ -193,6 +193,22 @@ fn shells_and_man_are_told_of_all_commands() {
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
         let script = run(&["completions", shell]);
         assert!(script.code == 0 && script.out.contains("name-by-time"), "{shell}");
+        // Words that an option takes are offered too, where the shell's script has any: of methods, presets, figures.
+        let words = [
+            "horn_schunck",
+            "richardson_lucy",
+            "buckle_3d",
+            "stable_fluids",
+            "fig3.10",
+        ];
+        // fish completes what options take, and nothing that stands alone.
+        let offered = match shell {
+            "bash" | "zsh" => 5,
+            "fish" => 4,
+            _ => 0,
+        };
+        let missing = words[..offered].iter().find(|word| !script.out.contains(**word));
+        assert_eq!(missing, None, "{shell}");
     }
     // A reader that has seen enough.
     let mut program = thurible()
