@@ -1,6 +1,6 @@
 //! What commands read beside scenes: they plan, and do no more, where they can.
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches, Parser};
 use core::cell::RefCell;
 use std::collections::HashMap;
 use std::path::Path;
@@ -14,6 +14,8 @@ pub fn command(arguments: &[&str]) -> Result<u8, Failure> {
 }
 
 thread_local! {
+    /// What the program is told, which takes longer to say than to read.
+    static PROGRAM: RefCell<clap::Command> = RefCell::new(Cli::command());
     /// Command lines that were parsed, which takes longer than most readers do.
     static PARSED: RefCell<HashMap<String, Cli>> = RefCell::default();
 }
@@ -59,14 +61,28 @@ fn text(path: &Path) -> &str {
 
 /// Whether a solve goes on to its end from the states in a folder, over what the last one left in `out`.
 pub fn is_resumed(states: &Path, out: &Path) -> bool {
+    resumed(states, out, &[]).is_ok()
+}
+
+fn resumed(states: &Path, out: &Path, more: &[&str]) -> Result<u8, Failure> {
     let over = ["--force", "--quiet", "--threads", "1"];
-    is_done(&[&["resume", text(states), "-o", text(out)][..], &over].concat())
+    command(&[&["resume", text(states), "-o", text(out)][..], &over, more].concat())
+}
+
+/// Whether a solve would go on from the states in a folder, if it were given memory.
+pub fn is_known(states: &Path, out: &Path) -> bool {
+    let done = resumed(states, out, &["--memory-limit", "1B"]);
+    matches!(done, Err(Failure::Memory(_)))
 }
 
 /// A command line, an argument in each line.
 pub fn arguments(_: &Path, bytes: &[u8]) -> bool {
     let line = String::from_utf8_lossy(bytes);
-    Cli::try_parse_from(core::iter::once("thurible").chain(line.lines())).is_ok()
+    let all = core::iter::once("thurible").chain(line.lines());
+    PROGRAM.with_borrow_mut(|program| {
+        let found = program.try_get_matches_from_mut(all);
+        found.is_ok_and(|found| Cli::from_arg_matches(&found).is_ok())
+    })
 }
 
 /// What a sweep varies. It plans every run and prints nothing where there is none of the number that is asked for.

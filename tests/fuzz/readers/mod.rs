@@ -79,6 +79,9 @@ pub const READERS: &[Reader] = &[
         .text()
         .dear(4),
     Reader::of("saved", "a.saved", kept::saved, states::saved).mended(mend::saved),
+    Reader::of("state", "known/state.0", kept::checkpoints, states::state)
+        .mended(mend::state)
+        .dear(4),
     Reader::of(
         "checkpoint",
         "states/state.0",

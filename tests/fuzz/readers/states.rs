@@ -1,6 +1,6 @@
 //! Saved solvers and the states of solves.
 
-use super::commands::is_resumed;
+use super::commands::{is_known, is_resumed};
 use crate::seeds::kept::with_solver;
 use std::path::Path;
 use thurible_core::{Serial, Silent};
@@ -15,6 +15,12 @@ pub fn saved(_: &Path, bytes: &[u8]) -> bool {
         }
         is_taken
     })
+}
+
+/// Reads it, to where memory is asked for.
+pub fn state(path: &Path, _: &[u8]) -> bool {
+    let states = path.parent().unwrap();
+    is_known(states, &states.with_file_name("on"))
 }
 
 /// Goes on from it: the whole way.
