@@ -97,6 +97,21 @@ impl Job {
         self.options.device.and_then(Searching::failure)
     }
 
+    /// Ends a solve whose device failed; what it left here is not the flow that was found.
+    fn refuse_failed(&self, watch: &mut Watch, keeper: &Keeper) -> Result<(), Failure> {
+        let Some(why) = self.device_failure() else {
+            return Ok(());
+        };
+        watch.display.close();
+        let goes_on = keeper.kept().map_or(String::new(), |states| {
+            format!(
+                "; `thurible resume {}` goes on from the last state, on the processors too",
+                states.display()
+            )
+        });
+        Err(Failure::Memory(format!("the device failed: {why}{goes_on}")))
+    }
+
     /// Iterates to the end, keeping states, and makes the result feasible; how it ended. What ended before is not searched again.
     fn search<T: Real + Sample, S: Space>(
         &self,
@@ -125,19 +140,14 @@ impl Job {
                 iterate(solver, exec, watch, settled.as_mut(), &mut each)
             }
         };
-        if let Some(why) = self.device_failure() {
-            watch.display.close();
-            let goes_on = match keeper.kept() {
-                Some(_) => "; `thurible resume` goes on from the last state, on the processors too",
-                None => "",
-            };
-            return Err(Failure::Memory(format!("the device failed: {why}{goes_on}")));
-        }
+        self.refuse_failed(watch, keeper)?;
         watch.clock.solved();
         watch
             .display
             .detail(format_args!("making the result feasible and writing it"));
         let is_unfinished = !solver.is_finished() && solver.finish(exec).is_err();
+        // The last flow came from the device just now: where it did not, there is an earlier one in its place.
+        self.refuse_failed(watch, keeper)?;
         if ended == Status::NotReady || is_unfinished {
             watch.display.close();
             keeper.forget();
