@@ -5,6 +5,7 @@ use super::messages::{self, no_memory};
 use super::outcome::Outcome;
 use super::request::{Request, RunOptions};
 use super::settled::Settled;
+use crate::among::agreed;
 use crate::checkpoint::Keeper;
 use crate::destination::Destination;
 use crate::exit::Failure;
@@ -19,6 +20,7 @@ use crate::{bytes, threads};
 use core::mem::MaybeUninit;
 use std::path::Path;
 use thurible_core::exec::Together;
+use thurible_core::exec::ranks::Alone;
 use thurible_core::{D2, D3, Exec, Named, Real, Solver, Space, Status};
 
 /// A given v_0 that projection changes by more than this is worth a warning.
@@ -135,14 +137,19 @@ impl Job {
             drawing_bytes(&planned.problem.cells)
         };
         let beside = BESIDE
-            + drawing
             + history_bytes(planned.most_iterations())
             + request.settled.map_or(0, |_| densities_bytes(&planned));
+        // The ranks of a machine take theirs at once.
+        let together = bytes
+            .saturating_add(beside)
+            .saturating_mul(options.plan.on_this_machine.max(1));
         // A region is of addresses alone: asked for is what will be written to.
-        let region = bytes::are_free(bytes.saturating_add(beside))
+        let region = bytes::are_free(together.saturating_add(drawing))
             .then(|| Region::new(bytes))
             .flatten()
-            .ok_or_else(|| no_memory(bytes))?;
+            .ok_or_else(|| no_memory(bytes));
+        // None of them writes to its own before all have asked.
+        let region = agreed(options.several().unwrap_or(&Alone), region)?;
         let job = Self {
             options,
             request,
