@@ -119,8 +119,14 @@ pub struct OnDevice {
 
 impl OnDevice {
     /// The device, opened; none for `cpu`, which is all that ranks have.
-    pub(crate) fn open(&self, ranks: Option<&dyn Ranks>) -> Result<Option<&'static dyn Searching>, Failure> {
-        if ranks.is_some() && !self.device.eq_ignore_ascii_case("cpu") {
+    pub(crate) fn open(&self, is_shared: bool) -> Result<Option<&'static dyn Searching>, Failure> {
+        let is_none = self.device.eq_ignore_ascii_case("cpu");
+        if is_none && self.device_memory.is_some() {
+            return Err(Failure::Input(
+                "--device-memory is that of a device; name one by --device, or leave it out".into(),
+            ));
+        }
+        if is_shared && !is_none {
             return Err(Failure::Input(format!(
                 "--device {}: ranks search on processors alone; leave it out, or run `thurible` on one machine",
                 self.device

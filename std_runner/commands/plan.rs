@@ -10,6 +10,7 @@ use crate::ledger::{line, print_ledger};
 use crate::plan::{self, PlanOptions, Planned, block_bytes, plan_fields, scaled, size_in_words};
 use crate::problem::{OwnedProblem, Precision};
 use crate::progress::{Display, Mode};
+use crate::report::count;
 use crate::run::{drawing_bytes, unshared};
 use crate::scene::Scene;
 use crate::windows::Windows;
@@ -33,7 +34,7 @@ pub struct PlanArguments {
     #[command(flatten)]
     pub on: OnDevice,
     /// The memory of each of N ranks that share the scene.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20), conflicts_with = "device")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     pub ranks: Option<u32>,
     /// How they cut the box.
     #[command(flatten)]
@@ -45,7 +46,7 @@ pub fn run(arguments: &PlanArguments) -> Result<u8, Failure> {
     let (simulate, ranks) = (arguments.simulate, arguments.ranks.map(|ranks| ranks as usize));
     let blocks = arguments.sharing.blocks;
     blocks.map_or(Ok(()), |blocks| blocks.check(ranks))?;
-    let device = arguments.on.open(None)?;
+    let device = arguments.on.open(ranks.is_some())?;
     let arguments = &arguments.common;
     let (path, set) = (&arguments.scene, &arguments.options.set);
     let (scene, options) = if simulate {
@@ -118,23 +119,29 @@ fn plan_ranks(scene: &Scene, options: &PlanOptions, ranks: usize, mode: Mode) ->
     let of_rank = |rank: usize| -> Result<([Range<usize>; 2], Planned), Failure> {
         let share = Some(Share::new(rank, ranks));
         let options = PlanOptions { share, ..*options };
-        let planned = match options.limit {
-            Some(_) => plan::choose(scene, &options)?,
-            None => plan::make(scene, &options)?,
-        };
+        let planned = plan::make(scene, &options)?;
         let grid = planned.problem.problem().grid();
         let [rows, planes] = [grid.dims - 2, grid.dims - 1].map(|axis| grid.of_rank(axis, rank));
         Ok(([rows, planes], planned))
     };
     let blocks = |planned: &Planned| planned.problem.share.is_some_and(|share| share.beside > 1);
     let plans = (0..ranks).map(of_rank).collect::<Result<Vec<_>, _>>()?;
+    let largest = (0..ranks).max_by_key(|&rank| block_bytes(&plans[rank].1.plan));
+    if let (Some(_), Some(rank)) = (options.limit, largest) {
+        let share = Some(Share::new(rank, ranks));
+        plan::choose(scene, &PlanOptions { share, ..*options }).map_err(|failure| match failure {
+            Failure::Memory(why) => Failure::Memory(format!("rank {rank}: {why}")),
+            other => other,
+        })?;
+    }
     let all: usize = plans.iter().map(|(_, planned)| block_bytes(&planned.plan)).sum();
     match mode {
         Mode::Human => {
             print(&format!(
-                "{}: {} cells, {ranks} ranks",
+                "{}: {} cells, {}",
                 scene.document.path().display(),
-                size_in_words(&scene.grid.cells)
+                size_in_words(&scene.grid.cells),
+                count(ranks, "rank")
             ));
             let in_blocks = plans.iter().any(|(_, planned)| blocks(planned));
             let row = |rank: &str, [rows, planes]: [&str; 2], bytes: &str| {

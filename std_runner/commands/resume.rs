@@ -55,7 +55,7 @@ pub fn run(arguments: &ResumeArguments) -> Result<u8, Failure> {
         sharing: arguments.sharing,
         threads: running.threads,
         memory_limit: running.memory_limit,
-        device: arguments.on.open(ranks)?,
+        device: arguments.on.open(ranks.is_some())?,
         mode: running.mode(),
         checkpoint: arguments.checkpoint.unwrap_or_default(),
         watch: arguments.watching.watch,

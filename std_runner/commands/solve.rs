@@ -39,7 +39,7 @@ pub fn run(arguments: &SolveArguments) -> Result<u8, Failure> {
         images: scene.output.frames,
     };
     let options = RunOptions {
-        device: arguments.on.open(common.options.resources.ranks)?,
+        device: arguments.on.open(common.options.resources.ranks.is_some())?,
         ..arguments.sharing.of(common.options.run(outputs))?
     };
     let folder = arguments.output.as_ref().unwrap_or(&scene.output.folder).clone();

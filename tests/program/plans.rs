@@ -112,6 +112,29 @@ fn memory_limit_that_is_asked_for_is_enough_and_one_byte_less_is_not() {
     assert!(short.err.contains("`grid.cells`"), "{}", short.err);
 }
 
+/// Of ranks the one that needs most says how much.
+#[test]
+fn the_largest_rank_is_what_a_ceiling_is_for() {
+    let plan = |more: &[&str]| run(&[&["plan", "examples/small_3d.toml", "--ranks", "4"], more].concat());
+    let refused = plan(&["--memory-limit", "1MiB"]);
+    assert!(
+        refused.code == 3 && refused.err.contains("rank "),
+        "{}",
+        refused.err
+    );
+    let asked = refused.err.split("raise --memory-limit to ").nth(1).unwrap();
+    let asked = asked.split(' ').next().unwrap().replace(',', "");
+    assert_eq!(plan(&["--memory-limit", &asked]).code, 0);
+    assert_eq!(plan(&["--device", "cpu"]).code, 0);
+    assert!(plan(&["--device", "gpu"]).err.contains("--device gpu: ranks"));
+    let alone = run(&["plan", "examples/small_3d.toml", "--device-memory", "1GiB"]);
+    assert!(
+        alone.code == 2 && alone.err.contains("--device-memory is that of a device"),
+        "{}",
+        alone.err
+    );
+}
+
 /// What does not fit is refused with the ways out that there are, and with no others.
 #[test]
 fn what_does_not_fit_is_told_what_would() {
