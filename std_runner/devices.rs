@@ -112,7 +112,7 @@ pub(crate) fn open(wanted: &str, most: Option<usize>) -> Result<Option<&'static 
         }
     };
     let Some(found) = all.iter().find(fits) else {
-        return Err(refuse(missing(&all)));
+        return Err(refuse(missing(&all, any_card)));
     };
     let opened = cards::open(&found.name, most.map(|most| most as u64));
     opened
@@ -120,22 +120,29 @@ pub(crate) fn open(wanted: &str, most: Option<usize>) -> Result<Option<&'static 
         .map_err(|why| refuse(format!("{} cannot be used: {why}", found.name)))
 }
 
-fn missing(all: &[Listed]) -> String {
-    if all.is_empty() {
-        return "no device with Vulkan was found; install the card's driver (in containers set NVIDIA_DRIVER_CAPABILITIES=graphics,compute), or leave --device out".into();
-    }
+/// What to do where none of `all` is meant.
+fn missing(all: &[Listed], any_card: bool) -> String {
     let names: Vec<_> = all.iter().map(|listed| format!("\"{}\"", listed.name)).collect();
-    format!(
-        "there is no such card; a part of a name chooses one of {}",
-        names.join(", ")
-    )
+    let (names, driver) = (
+        names.join(", "),
+        "install the card's driver (in containers set NVIDIA_DRIVER_CAPABILITIES=graphics,compute)",
+    );
+    if all.is_empty() {
+        return format!("no device with Vulkan was found; {driver}, or leave --device out");
+    }
+    if any_card {
+        return format!(
+            "no card with Vulkan was found, but {names}, which the processors play; {driver}, or leave --device out"
+        );
+    }
+    format!("there is no such card; a part of a name chooses one of {names}")
 }
 
 /// The sentence that refuses what a device cannot do yet.
 pub(crate) fn refusal(scene: &Scene, what: &str) -> Failure {
     let path = scene.document.path().display();
     Failure::Input(format!(
-        "{path}: a device knows no {what} yet; leave it out, or leave out --device"
+        "{path}: a device knows no {what} yet; choose otherwise, or leave out --device"
     ))
 }
 

@@ -34,6 +34,14 @@ pub fn adapters() -> Vec<Named> {
         })
         .collect();
     all.sort_by_key(|named| named.is_software);
+    // Equal cards are told apart by their numbers.
+    for index in (1..all.len()).rev() {
+        let same = all[..index].iter().filter(|other| other.name == all[index].name);
+        let earlier = same.count();
+        if earlier > 0 {
+            all[index].name = format!("{} #{}", all[index].name, earlier + 1);
+        }
+    }
     all
 }
 
