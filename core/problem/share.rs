@@ -61,7 +61,7 @@ impl fmt::Display for ShareError {
             ),
             Self::Thin { ranks, planes, least } => write!(
                 f,
-                "{ranks} ranks one behind the other share {planes} planes of cells; each needs at least {least}, so take {} of them at most",
+                "{ranks} ranks one behind the other share {planes} planes of cells; each needs at least {least}, so take {} of them at most, or in 3D a number that two others have as their product, for blocks",
                 planes / (*least).max(1)
             ),
             Self::Narrow { ranks, rows, least } => write!(
