@@ -21,6 +21,9 @@ const TRAFFIC: &str = "THURIBLE_MPI_TRAFFIC";
 /// Where Open MPI and MPICH tell a program how many were started with it.
 const STARTED: [&str; 2] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"];
 
+/// Where Slurm tells it, which may have started an mpirun.
+const BY_SLURM: [&str; 1] = ["SLURM_STEP_NUM_TASKS"];
+
 fn main() -> ExitCode {
     // Whoever opens a parallel region sends, which is one thread, if not always the first.
     let Some((universe, given)) = mpi::initialize_with_threading(Threading::Serialized) else {
@@ -56,12 +59,16 @@ fn refused(size: i32, given: Threading) -> Option<String> {
     if given < Threading::Serialized {
         return Some("this MPI gives threads no leave to send (MPI_THREAD_SERIALIZED); take one that was built with threads".into());
     }
-    let started = STARTED
-        .iter()
-        .filter_map(|name| std::env::var(name).ok()?.parse::<i32>().ok());
-    let started = started.max().filter(|&started| started > 1 && size == 1)?;
+    let said = |names: &[&str]| {
+        let said = names
+            .iter()
+            .filter_map(|name| std::env::var(name).ok()?.parse::<i32>().ok());
+        said.max()
+    };
+    let started = said(&STARTED).or_else(|| said(&BY_SLURM));
+    let started = started.filter(|&started| started > 1 && size == 1)?;
     Some(format!(
-        "{started} programs were started that know nothing of each other, by an mpirun of another MPI than the one that thurible-mpi was built with; start \
-         it with that one's (docs/mpi.md)"
+        "{started} programs were started that know nothing of each other, by an mpirun or srun that is not for the MPI that thurible-mpi was built with; start \
+         it with that one's mpirun, or by srun with its --mpi (docs/mpi.md)"
     ))
 }
