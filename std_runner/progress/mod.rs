@@ -12,6 +12,7 @@ use crate::interrupt::Interrupt;
 use crate::live::Live;
 use crate::report::IterationRecord;
 use core::ops::ControlFlow;
+use thurible_core::method::simulate::MARCH;
 use thurible_core::{Event, Observer, Progress};
 
 /// Iterations that the history reserves room for, so that it does not grow while the solve runs.
@@ -44,6 +45,17 @@ pub struct Watch {
     pub live: Option<Live>,
     /// Whether the user has heard that the solve stops.
     told: bool,
+    /// The steps that were simulated one after the other, where that is what is done.
+    march: Option<March>,
+}
+
+/// How far a simulation has come.
+#[derive(Clone, Copy)]
+struct March {
+    /// Velocities that are known behind the first one.
+    step: usize,
+    /// Seconds when the first of them was begun.
+    begun: f64,
 }
 
 impl Watch {
@@ -59,7 +71,31 @@ impl Watch {
             window: None,
             interrupt,
             told: false,
+            march: None,
         }
+    }
+
+    /// How many steps have a density that was simulated; that of the first one comes of the flow that is given.
+    pub fn simulated(&self) -> usize {
+        self.march.map_or(1, |march| march.step + 1)
+    }
+
+    /// Another step is simulated: says how many of all, and how long the others take if they take as long.
+    fn marched(&mut self, step: usize, steps: usize) {
+        let seconds = self.clock.seconds();
+        let begun = self
+            .march
+            .filter(|_| step > 0)
+            .map_or(seconds, |march| march.begun);
+        self.march = Some(March { step, begun });
+        let left = if step > 0 {
+            let left = (seconds - begun) / step as f64 * (steps - step) as f64;
+            format!(", {} left", in_words(left))
+        } else {
+            String::new()
+        };
+        self.display
+            .detail(format_args!("step {} of {}{left}", step + 1, steps + 1));
     }
 
     /// The window that is solved, where there are windows, and the iterations of those before.
@@ -125,6 +161,12 @@ impl Observer for Watch {
             Event::IterationBegin { iteration: 1 } => self.clock.nested(),
             Event::PhaseBegin(phase) => self.clock.enter(phase.name),
             Event::PhaseEnd(_) => self.clock.leave(),
+            Event::PhaseStep {
+                phase: MARCH,
+                step,
+                value,
+                ..
+            } => self.marched(step, value as usize),
             Event::PhaseStep {
                 phase,
                 step,

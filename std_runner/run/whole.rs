@@ -18,6 +18,7 @@ use crate::output::Sample;
 use crate::progress::Watch;
 use crate::report::{self, RunRecord};
 use core::mem::MaybeUninit;
+use thurible_core::method::registry::simulates;
 use thurible_core::{Exec, Method, Real, Solver, Space, Status};
 
 impl Job {
@@ -183,6 +184,12 @@ impl Job {
                 Ok(frames) => record.frames = frames,
                 Err(failure) => record.remarks.push(format!("It is not compared: {failure}.")),
             }
+        }
+        let (step, steps) = (watch.simulated(), self.planned.problem.steps);
+        if ended == Status::Cancelled && simulates(&self.planned.params) && step < steps {
+            record.remarks.push(format!(
+                "It was stopped after step {step} of {steps}: the flow behind it was not simulated, and is that of the start, or the given one."
+            ));
         }
         record
     }

@@ -69,6 +69,35 @@ fn an_interrupt_writes_what_there_is() {
     );
 }
 
+/// A simulation that is stopped says behind which step nothing was simulated.
+#[test]
+fn an_interrupted_simulation_says_where_it_ends() {
+    let folder = fresh_folder("interrupted_simulation").join("out");
+    let mut program = crate::support::thurible()
+        .args(["simulate", "examples/small_3d.toml", "--steps", "4000", "--json"])
+        .args(["--set", "flow.buoyancy=1e-3", "--set", "output.frames=false"])
+        .args(["-o", folder.to_str().unwrap()])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(program.stdout.take().unwrap())
+        .lines()
+        .map(Result::unwrap);
+    assert!(
+        lines.any(|line| line.contains("\"planned_bytes\"")),
+        "no plan was seen"
+    );
+    std::thread::sleep(core::time::Duration::from_millis(300));
+    signal(&program, &["INT"]);
+    lines.for_each(drop);
+    assert_eq!(program.wait().unwrap().code(), Some(130));
+    let report = verify("interrupted simulation", &folder).report;
+    let remarks = report["remarks"].to_string();
+    assert!(remarks.contains("It was stopped after step "), "{remarks}");
+    assert!(remarks.contains("of 4000"), "{remarks}");
+}
+
 /// In windows: the result ends with the one that was stopped, or where that would have begun.
 #[test]
 fn an_interrupt_among_windows_leaves_a_shorter_result() {

@@ -1,5 +1,6 @@
 //! From step to step, and what is made of the flow that was simulated.
 
+use super::MARCH;
 use super::drive::Drive;
 use super::forward::Simulation;
 use super::guide::Guide;
@@ -22,6 +23,16 @@ use crate::progress::{Objective, Status};
 use crate::real::Real;
 use crate::transport::{Flow, Stop};
 
+/// Says that v_k is known, of so many; whoever wants to stop is asked again in the work of the next step.
+fn say(observer: &mut dyn Observer, k: usize, slots: usize) {
+    let _ = observer.on(Event::PhaseStep {
+        phase: MARCH,
+        step: k,
+        value: slots as f64,
+        taken: 0.0,
+    });
+}
+
 impl<T: Real, S: Space> Simulation<'_, T, S> {
     /// Simulates all steps.
     pub(super) fn march(
@@ -41,12 +52,14 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
         if observer.on(Event::IterationBegin { iteration: 1 }).is_break() {
             return Err(Stop::Cancelled);
         }
+        say(observer, 0, slots);
         for k in 1..=slots {
             let kept = match self.push(exec, observer, script, k) {
                 Ok(kept) => kept,
                 Err(stop) => return Err(self.without(exec, k - 1, stop)),
             };
             self.advance(exec, observer, k, kept)?;
+            say(observer, k, slots);
         }
         self.carry(exec, observer, script, slots)
             .map_err(|stop| self.without(exec, slots, stop))?;

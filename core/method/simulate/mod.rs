@@ -15,3 +15,12 @@ pub mod step;
 pub mod stir;
 
 pub use forward::Simulation;
+
+use crate::observe::Phase;
+
+/// Steps of the flow that are simulated one after the other; after step k the velocities up to v_k are known, and so are the densities up to k + 1.
+pub const MARCH: Phase = Phase {
+    name: "march",
+    words: "simulated step",
+    measure: "of",
+};
