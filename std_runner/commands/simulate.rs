@@ -21,7 +21,7 @@ pub struct SimulateArguments {
     /// The result folder [default: `output.folder` of the scene with _flow at its end].
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
-    /// Go on from the last density and velocity of a result with the same cells.
+    /// Go on from the last velocity of a result with the same cells, and the density of its step, the one before the end.
     #[arg(long, value_name = "DIR")]
     pub from: Option<PathBuf>,
     /// With --from, go on from step K of it instead, and tell how far the densities are from those that follow there.

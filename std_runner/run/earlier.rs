@@ -11,7 +11,7 @@ use crate::scene::Scene;
 use serde_json::Value;
 use std::fs;
 use std::path::PathBuf;
-use thurible_core::{Elsewhere, InputError, Real, Serial, Solver, Space};
+use thurible_core::{Elsewhere, InputError, Named, Real, Serial, Solver, Space};
 
 /// A step of an earlier result.
 #[derive(Clone, Debug)]
@@ -20,7 +20,7 @@ pub(crate) struct Origin {
     pub option: &'static str,
     /// The result folder.
     pub folder: PathBuf,
-    /// The step; if there is none, its last density and its last velocity.
+    /// The step; if there is none, the last one that has a flow.
     pub step: Option<usize>,
 }
 
@@ -47,14 +47,16 @@ impl Origin {
             )));
         }
         let mut inputs = Inputs::default();
-        let density = earlier.density(self.step, &mut inputs.notes);
+        // The density behind it has no flow yet that carries it on.
+        let step = self.step.or(earlier.flows().checked_sub(1));
+        let density = earlier.density(step, &mut inputs.notes);
         let density = density.map_err(|error| self.unread(&error))?;
         solver
             .set_source(&narrowed(density))
             .map_err(|error| self.unusable(&error))?;
         set_emitters(scene, solver, among, &mut None, &mut inputs.notes)?;
         for axis in 0..S::DIM {
-            let faces = earlier.velocity(self.step, axis);
+            let faces = earlier.velocity(step, axis);
             let faces = faces.map_err(|error| self.unread(&error))?;
             solver
                 .set_initial_velocity(axis, &narrowed(faces))
@@ -106,8 +108,7 @@ impl Origin {
         if cells.cells == canvas.cells {
             return None;
         }
-        let report = fs::read(self.folder.join("report.json")).unwrap_or_default();
-        let report: Value = serde_json::from_slice(&report).unwrap_or_default();
+        let report = self.said();
         let said = |key: &str| report.get(key).and_then(Value::as_f64).filter(|&x| x > 0.0);
         let length = said("length").unwrap_or(canvas.length);
         let dt = said("dt").unwrap_or(scene.time.dt);
@@ -153,8 +154,26 @@ impl Origin {
             .collect()
     }
 
+    /// Opens its arrays, and refuses a box that ends otherwise than the scene's.
     fn open(&self, scene: &Scene) -> Result<Earlier, Failure> {
-        Earlier::open(&self.arrays(), scene.canvas()).map_err(|error| self.unread(&error))
+        let earlier = Earlier::open(&self.arrays(), scene.canvas()).map_err(|error| self.unread(&error))?;
+        let said = self.said();
+        let ends = said.get("boundary").and_then(Value::as_array);
+        let own: Vec<Value> = scene.grid.boundary.iter().map(|end| end.name().into()).collect();
+        match ends {
+            Some(ends) if *ends != own => Err(self.refuse(format!(
+                "has the boundary {}, and the scene {}; give the scene the same `grid.boundary`, or another result",
+                Value::from(ends.clone()),
+                Value::from(own)
+            ))),
+            _ => Ok(earlier),
+        }
+    }
+
+    /// What its report says; nothing where there is none.
+    fn said(&self) -> Value {
+        let report = fs::read(self.folder.join("report.json")).unwrap_or_default();
+        serde_json::from_slice(&report).unwrap_or_default()
     }
 
     fn refuse(&self, why: String) -> Failure {

@@ -631,6 +631,18 @@ fn what_cannot_be_followed_is_refused() {
             2,
             &["--from", "no flow of step 12", "0 to 11"][..],
         ),
+        (
+            &[
+                "simulate",
+                scene,
+                "--from",
+                result,
+                "--set",
+                "grid.boundary=\"open\"",
+            ][..],
+            2,
+            &["--from", "has the boundary", "`grid.boundary`"][..],
+        ),
         (&["simulate", scene, "--at", "3"], 2, &["--from"]),
         (
             &["guide", scene, "--reference", result, "--at", "2"],
@@ -647,7 +659,7 @@ fn what_cannot_be_followed_is_refused() {
                 "grid.boundary=[\"wall\", \"wall\"]",
             ],
             2,
-            &["--reference", "velocity_y", "boundary"],
+            &["--reference", "has the boundary", "boundary"],
         ),
         (
             &[
