@@ -70,6 +70,14 @@ impl Numbered {
             after: name(at + 1),
         })
     }
+
+    /// Two files from number `first` to before number `end` that have the same number, so that nothing says which comes first.
+    pub fn twice(&self, first: usize, end: usize) -> Option<[String; 2]> {
+        let numbers = self.numbers.as_ref()?.get(first..end)?;
+        let at = numbers.windows(2).position(|pair| pair[0] == pair[1])?;
+        let paths = self.paths.get(first + at..first + at + 2)?;
+        Some([name_of(&paths[0]), name_of(&paths[1])])
+    }
 }
 
 fn name_of(path: &Path) -> String {

@@ -176,8 +176,14 @@ fn in_folder(document: &Document, folder: &Path) -> Result<Numbered, Failure> {
     }
 }
 
-/// Refuses numbered files from number `first` to before number `end` of them among which one is missing: they are evenly apart.
+/// Refuses numbered files from number `first` to before number `end` of them among which one is missing, or there twice: they are evenly apart.
 fn refuse_gaps(document: &Document, files: &Numbered, first: usize, end: usize) -> Result<(), Failure> {
+    if let Some([one, other]) = files.twice(first, end) {
+        let why = format!(
+            "has frames with the same number, {one} and {other}; name those of one camera by a pattern"
+        );
+        return Err(document.refuse(KEY, why));
+    }
     match files.gap(first, end) {
         None => Ok(()),
         Some(gap) => {

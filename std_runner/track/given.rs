@@ -202,7 +202,7 @@ impl Given {
     }
 
     /// Refuses truth of other faces or of fewer steps.
-    fn check_truth(&self, scene: &CaptureScene) -> Result<(), Failure> {
+    fn check_truth(&mut self, scene: &CaptureScene) -> Result<(), Failure> {
         for (axis, series) in self.truth.iter().enumerate() {
             let expected = self.faces(axis);
             let enough = series.count() >= self.first + self.pairs;
@@ -219,6 +219,22 @@ impl Given {
                     "{}: {found}; {remedy}",
                     scene.document.place("capture.truth")
                 )));
+            }
+        }
+        for axis in 0..self.truth.len() {
+            for index in 0..self.pairs {
+                if self
+                    .truth(scene, index, axis)?
+                    .iter()
+                    .any(|value| !value.is_finite())
+                {
+                    let path = self.truth[axis].path().display();
+                    return Err(Failure::Input(format!(
+                        "{}: `capture.truth` file `{path}` has a value that is not finite in step {}; correct it, or leave it out",
+                        scene.document.place("capture.truth"),
+                        self.first + index
+                    )));
+                }
             }
         }
         Ok(())

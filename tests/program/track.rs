@@ -258,6 +258,18 @@ fn what_cannot_be_tracked_is_refused() {
         "a gap",
         &["lacks frame 2 between smoke_1.npy and smoke_3.npy", "add it"],
     );
+    // Two cameras in one folder.
+    let twins = frames.with_file_name("twins");
+    fs::create_dir_all(&twins).unwrap();
+    for (name, time) in [("left_0", 0), ("left_1", 1), ("right_0", 0), ("right_1", 1)] {
+        npy(&twins.join(format!("{name}.npy")), &[12, 16], &blob(time));
+    }
+    let ended = track(&twins, &out, &["--quiet"]);
+    assert!(
+        ended.code == 2 && ended.err.contains("the same number, left_0.npy and right_0.npy"),
+        "{}",
+        ended.err
+    );
     // What the sentence offers: the frames before and after the gap, on their own.
     let part = frames.with_file_name("part");
     npy(&frames.join("smoke_4.npy"), &[12, 16], &blob(4));
@@ -523,6 +535,18 @@ fn a_truth_that_rests_is_no_divisor() {
     ];
     npz::write(&file, &arrays);
     let out = folder.join("out");
+    let mut wrong = arrays;
+    let mut values = [0.0; 2 * 12 * 17];
+    values[12 * 17 + 3] = f64::NAN;
+    wrong[1].1 = npz::npy(&[2, 12, 17], &values);
+    let broken = folder.join("broken.npz");
+    npz::write(&broken, &wrong);
+    let ended = track(&broken, &out, &[]);
+    assert!(
+        ended.code == 2 && ended.err.contains("`capture.truth`") && ended.err.contains("in step 1"),
+        "{}",
+        ended.err
+    );
     let ended = track(&file, &out, &["--set", "track.independent=true"]);
     assert_eq!(ended.code, 0, "{}", ended.err);
     assert!(ended.err.contains("where the truth rests"), "{}", ended.err);
