@@ -9,7 +9,11 @@ use crate::problem::Precision;
 use crate::progress::Mode;
 use clap::Args;
 use std::path::PathBuf;
+use thurible_core::Named;
 use thurible_core::deblur::{ImagePrior, Moves, Restorer, Tuning};
+
+/// Iterations after which primal-dual is near the optimum that the walk is judged by.
+const TO_THE_OPTIMUM: usize = 1000;
 
 /// Arguments of `deblur`.
 #[derive(Args, Debug)]
@@ -25,9 +29,9 @@ pub struct DeblurArguments {
     /// The walk, or a baseline: richardson_lucy, wiener, primal_dual.
     #[arg(long, value_name = "M", default_value = "walk", value_parser = OneOf::<Restorer>::all(), hide_possible_values = true)]
     pub method: Restorer,
-    /// What is charged: none, tv, atv, mtv, sparse, gamma or clusters.
-    #[arg(long, value_name = "P", default_value = "tv", value_parser = OneOf::<ImagePrior>::all(), hide_possible_values = true)]
-    pub prior: ImagePrior,
+    /// What is charged: none, tv, atv, mtv, sparse, gamma or clusters [default: tv; of primal_dual atv, its only one].
+    #[arg(long, value_name = "P", value_parser = OneOf::<ImagePrior>::all(), hide_possible_values = true)]
+    pub prior: Option<ImagePrior>,
     /// How much of it; of wiener the noise [default: 3e-4; of sparse and gamma 1e-4; of wiener 3e-3].
     #[arg(long, value_name = "X")]
     pub gamma: Option<f64>,
@@ -61,9 +65,9 @@ pub struct DeblurArguments {
     /// What distance from them costs, in gamma.
     #[arg(long, value_name = "X", default_value_t = Tuning::default().mu)]
     pub mu: f64,
-    /// Iterations of a baseline.
-    #[arg(long, value_name = "N", default_value_t = Tuning::default().iterations)]
-    pub iterations: usize,
+    /// Iterations of a baseline [default: 30; of primal_dual 1000].
+    #[arg(long, value_name = "N")]
+    pub iterations: Option<usize>,
     /// Which random numbers.
     #[arg(long, value_name = "N", default_value_t = Tuning::default().seed)]
     pub seed: u64,
@@ -98,7 +102,17 @@ pub fn run(arguments: &DeblurArguments) -> Result<u8, Failure> {
     if !arguments.plan {
         arguments.overwriting.check(&arguments.output)?;
     }
-    let default = match (arguments.method, arguments.prior) {
+    let prior = prior(arguments)?;
+    if arguments.method == Restorer::RichardsonLucy && arguments.saturation.is_some() {
+        return Err(Failure::Input(
+            "--saturation: richardson_lucy takes every pixel; leave it out, or take another --method".into(),
+        ));
+    }
+    let iterations = match arguments.method {
+        Restorer::PrimalDual => TO_THE_OPTIMUM,
+        _ => Tuning::default().iterations,
+    };
+    let default = match (arguments.method, prior) {
         (Restorer::Wiener, _) => 3e-3,
         (_, ImagePrior::Sparse | ImagePrior::Gamma) => 1e-4,
         _ => Tuning::default().gamma,
@@ -111,12 +125,7 @@ pub fn run(arguments: &DeblurArguments) -> Result<u8, Failure> {
         folder: arguments.output.clone(),
         tuning: Tuning {
             method: arguments.method,
-            // The convex optimum that the walk is judged by is that of `atv`.
-            prior: if arguments.method == Restorer::PrimalDual {
-                ImagePrior::Atv
-            } else {
-                arguments.prior
-            },
+            prior,
             gamma: arguments.gamma.unwrap_or(default),
             nonnegative: !arguments.signed,
             saturation: arguments.saturation,
@@ -128,7 +137,7 @@ pub fn run(arguments: &DeblurArguments) -> Result<u8, Failure> {
             eps_min: arguments.eps_min,
             colours: arguments.colours,
             mu: arguments.mu,
-            iterations: arguments.iterations,
+            iterations: arguments.iterations.unwrap_or(iterations),
             seed: arguments.seed,
         },
         precision: arguments.precision,
@@ -140,4 +149,16 @@ pub fn run(arguments: &DeblurArguments) -> Result<u8, Failure> {
             _ => Mode::Human,
         },
     })
+}
+
+/// The prior that is asked for; the convex optimum that the walk is judged by is that of `atv`.
+fn prior(arguments: &DeblurArguments) -> Result<ImagePrior, Failure> {
+    match (arguments.method, arguments.prior) {
+        (Restorer::PrimalDual, None | Some(ImagePrior::Atv)) => Ok(ImagePrior::Atv),
+        (Restorer::PrimalDual, Some(other)) => Err(Failure::Input(format!(
+            "--prior {}: primal_dual knows atv alone; leave it out, or take --method walk",
+            other.name()
+        ))),
+        (_, asked) => Ok(asked.unwrap_or_default()),
+    }
 }

@@ -305,6 +305,16 @@ fn what_cannot_be_is_refused_in_a_sentence() {
         ),
         (
             "blurred.npy",
+            &["--psf", &good, "--method", "primal_dual", "--prior", "sparse"],
+            &["--prior sparse", "atv alone"],
+        ),
+        (
+            "blurred.npy",
+            &["--psf", &good, "--method", "richardson_lucy", "--saturation"],
+            &["--saturation", "takes every pixel"],
+        ),
+        (
+            "blurred.npy",
             &["--psf", &good, "--prior", "smooth"],
             &["smooth", "clusters"],
         ),
