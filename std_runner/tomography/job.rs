@@ -163,13 +163,8 @@ fn say<T: Real>(request: &Request<'_>, outcome: &Outcome<'_, T>, destination: &D
             folder.join("report.html").display()
         ));
     }
-    for (number, frame) in outcome.frames.iter().enumerate() {
-        if frame.is_empty() {
-            watch.display.warning(&format!(
-                "frame {} holds no smoke: there is no cell in which all cameras see some; check where the cameras stand and look",
-                outcome.views.first + number
-            ));
-        }
+    for doubt in outcome.doubts() {
+        watch.display.warning(&doubt);
     }
     if let Some(why) = destination.diverted() {
         console::error(&format!("thurible: {why}"));

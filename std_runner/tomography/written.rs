@@ -22,6 +22,9 @@ pub(super) struct Outcome<'a, T> {
     pub seconds: f64,
 }
 
+/// What of the pictures may be left unexplained, in parts of their norm, before it is said: noise of a tenth of the light leaves less.
+const UNLIKELY: f64 = 0.5;
+
 impl<T: Real> Outcome<'_, T> {
     /// How it ended, in a word.
     pub fn status(&self) -> &'static str {
@@ -36,6 +39,33 @@ impl<T: Real> Outcome<'_, T> {
     pub fn rms_error(&self) -> Option<f64> {
         let errors: Vec<f64> = self.frames.iter().filter_map(|frame| frame.rms_error).collect();
         (!errors.is_empty()).then(|| errors.iter().sum::<f64>() / errors.len() as f64)
+    }
+
+    /// What is said beside its numbers: of the pictures, and of what came of them.
+    fn remarks(&self) -> Vec<String> {
+        let notes = self.views.notes.iter().cloned();
+        notes.chain(self.doubts()).collect()
+    }
+
+    /// What is odd about its frames, of each in a sentence.
+    pub fn doubts(&self) -> Vec<String> {
+        let doubt = |(number, frame): (usize, &Frame<T>)| {
+            let number = self.views.first + number;
+            if frame.is_empty() {
+                return Some(format!(
+                    "frame {number} holds no smoke: there is no cell in which all cameras see some, or none that is worth what `tomography` charges; check where the \
+                     cameras stand and look, and then `gamma`, `sigma`, `eps` and `budget`"
+                ));
+            }
+            (frame.residual_relative > UNLIKELY).then(|| {
+                format!(
+                    "frame {number} leaves {:.0} % of its pictures unexplained: the cameras contradict each other, or had too few mutations; check where they stand and look, `scale`, `box.length`, \
+                     which way their images go, and `budget`",
+                    100.0 * frame.residual_relative
+                )
+            })
+        };
+        self.frames.iter().enumerate().filter_map(doubt).collect()
     }
 
     fn settings(&self) -> Value {
@@ -137,6 +167,7 @@ impl<T: Real> Outcome<'_, T> {
             "tomography": self.settings(),
             "frames": frames.collect::<Vec<_>>(),
             "rms_error": self.rms_error(),
+            "remarks": self.remarks(),
             "history": history.collect::<Vec<_>>(),
         })
     }

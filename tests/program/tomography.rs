@@ -489,7 +489,8 @@ fn cameras_that_agree_on_nothing_are_told_of() {
         "tomography.budget=1e4",
     ]);
     assert_eq!(ended.code, 0, "{}", ended.err);
-    let words = "frame 0 holds no smoke: there is no cell in which all cameras see some; check where the cameras stand and look";
+    let words =
+        "frame 0 holds no smoke: there is no cell in which all cameras see some, or none that is worth";
     assert!(ended.err.contains(words), "{}", ended.err);
     assert!(
         read(&out.join("result.npz"))["density"]
@@ -497,6 +498,23 @@ fn cameras_that_agree_on_nothing_are_told_of() {
             .iter()
             .all(|&value| value == 0.0)
     );
+}
+
+/// Cameras that cannot all be right leave most of their pictures unexplained, which is said and written.
+#[test]
+fn cameras_that_contradict_each_other_are_told_of() {
+    let (folder, views) = views("tomography_contradicts", 2, &["--pinhole"]);
+    let good = fs::read_to_string(views.join("views.toml")).unwrap();
+    // One of six sees twenty times the light.
+    let file = "file = \"pictures.npz\"\narray = \"camera_1\"";
+    let wrong = good.replace(file, &format!("scale = 20\n{file}"));
+    assert_ne!(good, wrong);
+    fs::write(views.join("views.toml"), wrong).unwrap();
+    let out = folder.join("out");
+    let ended = reconstruct(&views, &out, &["--set", "tomography.budget=1e5"]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let remarks = json(&out.join("report.json"))["remarks"].to_string();
+    assert!(remarks.contains("of its pictures unexplained"), "{remarks}");
 }
 
 /// A camera given as a matrix sees what the same camera given by its place sees.
