@@ -30,7 +30,7 @@ pub enum ShapeError {
         remedy: String,
     },
     /// A file could not be read at all.
-    #[error("`{key}` file `{}` cannot be read ({source}); check the name and its permissions (relative paths start at the scene file)", path.display())]
+    #[error("`{key}` file `{}` cannot be read ({source}); check the name and its permissions (a relative path in a scene starts at the folder of that scene)", path.display())]
     Read {
         /// The key that names the file.
         key: String,
