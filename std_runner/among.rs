@@ -30,13 +30,18 @@ pub(crate) fn agreed<V>(ranks: &dyn Ranks, own: Result<V, Failure>) -> Result<V,
     let code = told(ranks, whose, vec![own.as_ref().map_or(0, Failure::code)]);
     let said = own.map_or(String::new(), |failure| failure.to_string());
     let said = told(ranks, whose, said.into_bytes());
-    let said = format!("rank {whose}: {}", String::from_utf8_lossy(&said));
-    let kind = match code[..] {
-        [INPUT] => Failure::Input,
-        [MEMORY] => Failure::Memory,
+    let code = code.first().copied().unwrap_or_default();
+    Err(said_by_rank(whose, code, &String::from_utf8_lossy(&said)))
+}
+
+/// What went wrong in a rank, by the exit code and the sentence of its failure.
+pub(crate) fn said_by_rank(rank: usize, code: u8, said: &str) -> Failure {
+    let kind = match code {
+        INPUT => Failure::Input,
+        MEMORY => Failure::Memory,
         _ => Failure::File,
     };
-    Err(kind(said))
+    kind(format!("rank {rank}: {said}"))
 }
 
 /// The `folder` that the first rank knows, which has to be one for all of them; `remedy` is what to do where it is not.

@@ -1,7 +1,7 @@
 //! `thurible deblur IMAGE --psf X`: a sharp image from a blurred one.
 
 use super::options::Overwriting;
-use super::words::OneOf;
+use super::words::one_of;
 use crate::bytes;
 use crate::deblur::{Light, Request, restore};
 use crate::exit::Failure;
@@ -27,10 +27,10 @@ pub struct DeblurArguments {
     #[arg(short, long, value_name = "DIR", default_value = "out/deblur")]
     pub output: PathBuf,
     /// The walk, or a baseline: richardson_lucy, wiener, primal_dual.
-    #[arg(long, value_name = "M", default_value = "walk", value_parser = OneOf::<Restorer>::all(), hide_possible_values = true)]
+    #[arg(long, value_name = "M", default_value = "walk", value_parser = one_of::<Restorer>(), hide_possible_values = true)]
     pub method: Restorer,
     /// What is charged: none, tv, atv, mtv, sparse, gamma or clusters [default: tv; of primal_dual atv, its only one].
-    #[arg(long, value_name = "P", value_parser = OneOf::<ImagePrior>::all(), hide_possible_values = true)]
+    #[arg(long, value_name = "P", value_parser = one_of::<ImagePrior>(), hide_possible_values = true)]
     pub prior: Option<ImagePrior>,
     /// How much of it; of wiener the noise [default: 3e-4; of sparse and gamma 1e-4; of wiener 3e-3].
     #[arg(long, value_name = "X")]
@@ -45,7 +45,7 @@ pub struct DeblurArguments {
     #[arg(long, value_name = "N", default_value_t = Tuning::default().budget)]
     pub budget: f64,
     /// What a mutation changes: pixel, or patch: a rectangle of 1, 2, 4 or 8 pixels a side, which comes nearer to the optimum.
-    #[arg(long = "move", value_name = "M", default_value = "pixel", value_parser = OneOf::<Moves>::all(), hide_possible_values = true)]
+    #[arg(long = "move", value_name = "M", default_value = "pixel", value_parser = one_of::<Moves>(), hide_possible_values = true)]
     pub moves: Moves,
     /// Standard deviation of a mutation, in widths of the kernel.
     #[arg(long, value_name = "X", default_value_t = Tuning::default().sigma)]

@@ -1,6 +1,7 @@
 //! `thurible plan SCENE`: the memory of a solve to the byte, and what other sizes and precisions would take.
 
 use super::options::{OnDevice, SceneArguments, Sharing};
+use crate::among::said_by_rank;
 use crate::bytes::{grouped, rounded};
 use crate::console::print;
 use crate::devices::{self, Searching};
@@ -126,13 +127,12 @@ fn plan_ranks(scene: &Scene, options: &PlanOptions, ranks: usize, mode: Mode) ->
     };
     let blocks = |planned: &Planned| planned.problem.share.is_some_and(|share| share.beside > 1);
     let plans = (0..ranks).map(of_rank).collect::<Result<Vec<_>, _>>()?;
-    let largest = (0..ranks).max_by_key(|&rank| block_bytes(&plans[rank].1.plan));
-    if let (Some(_), Some(rank)) = (options.limit, largest) {
+    let blocks_of_ranks = plans.iter().map(|(_, planned)| block_bytes(&planned.plan));
+    let largest = blocks_of_ranks.enumerate().max_by_key(|&(_, bytes)| bytes);
+    if let (Some(_), Some((rank, _))) = (options.limit, largest) {
         let share = Some(Share::new(rank, ranks));
-        plan::choose(scene, &PlanOptions { share, ..*options }).map_err(|failure| match failure {
-            Failure::Memory(why) => Failure::Memory(format!("rank {rank}: {why}")),
-            other => other,
-        })?;
+        let fits = plan::choose(scene, &PlanOptions { share, ..*options });
+        fits.map_err(|failure| said_by_rank(rank, failure.code(), &failure.to_string()))?;
     }
     let all: usize = plans.iter().map(|(_, planned)| block_bytes(&planned.plan)).sum();
     match mode {

@@ -22,7 +22,7 @@ const TRAFFIC: &str = "THURIBLE_MPI_TRAFFIC";
 const STARTED: [&str; 2] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"];
 
 /// Where Slurm tells it, which may have started an mpirun.
-const BY_SLURM: [&str; 1] = ["SLURM_STEP_NUM_TASKS"];
+const BY_SLURM: &str = "SLURM_STEP_NUM_TASKS";
 
 fn main() -> ExitCode {
     // Whoever opens a parallel region sends, which is one thread, if not always the first.
@@ -59,13 +59,9 @@ fn refused(size: i32, given: Threading) -> Option<String> {
     if given < Threading::Serialized {
         return Some("this MPI gives threads no leave to send (MPI_THREAD_SERIALIZED); take one that was built with threads".into());
     }
-    let said = |names: &[&str]| {
-        let said = names
-            .iter()
-            .filter_map(|name| std::env::var(name).ok()?.parse::<i32>().ok());
-        said.max()
-    };
-    let started = said(&STARTED).or_else(|| said(&BY_SLURM));
+    let said = |name: &str| std::env::var(name).ok()?.parse::<i32>().ok();
+    let started = STARTED.into_iter().filter_map(said).max();
+    let started = started.or_else(|| said(BY_SLURM));
     let started = started.filter(|&started| started > 1 && size == 1)?;
     Some(format!(
         "{started} programs were started that know nothing of each other, by an mpirun or srun that is not for the MPI that thurible-mpi was built with; start \

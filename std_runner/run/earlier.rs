@@ -6,10 +6,9 @@ use crate::distance::relative_l2;
 use crate::exit::Failure;
 use crate::keyframes::{Canvas, Earlier, ShapeError};
 use crate::remarks::density;
-use crate::report::{ARCHIVE, FrameRecord};
+use crate::report::{ARCHIVE, FrameRecord, Said};
 use crate::scene::Scene;
 use serde_json::Value;
-use std::fs;
 use std::path::PathBuf;
 use thurible_core::{Elsewhere, InputError, Named, Real, Serial, Solver, Space};
 
@@ -108,10 +107,8 @@ impl Origin {
         if cells.cells == canvas.cells {
             return None;
         }
-        let report = self.said();
-        let said = |key: &str| report.get(key).and_then(Value::as_f64).filter(|&x| x > 0.0);
-        let length = said("length").unwrap_or(canvas.length);
-        let dt = said("dt").unwrap_or(scene.time.dt);
+        let said = Said::of(&self.folder).ok();
+        let [length, dt] = said.map_or([canvas.length, scene.time.dt], |said| [said.length, said.dt]);
         let size = Canvas {
             length,
             ..cells.clone()
@@ -157,23 +154,16 @@ impl Origin {
     /// Opens its arrays, and refuses a box that ends otherwise than the scene's.
     fn open(&self, scene: &Scene) -> Result<Earlier, Failure> {
         let earlier = Earlier::open(&self.arrays(), scene.canvas()).map_err(|error| self.unread(&error))?;
-        let said = self.said();
-        let ends = said.get("boundary").and_then(Value::as_array);
         let own: Vec<Value> = scene.grid.boundary.iter().map(|end| end.name().into()).collect();
-        match ends {
-            Some(ends) if *ends != own => Err(self.refuse(format!(
+        match Said::of(&self.folder) {
+            Ok(said) if said.boundary != own => Err(self.refuse(format!(
                 "has the boundary {}, and the scene {}; give the scene the same `grid.boundary`, or another result",
-                Value::from(ends.clone()),
+                Value::from(said.boundary),
                 Value::from(own)
             ))),
+            // Arrays may be there without a report.
             _ => Ok(earlier),
         }
-    }
-
-    /// What its report says; nothing where there is none.
-    fn said(&self) -> Value {
-        let report = fs::read(self.folder.join("report.json")).unwrap_or_default();
-        serde_json::from_slice(&report).unwrap_or_default()
     }
 
     fn refuse(&self, why: String) -> Failure {

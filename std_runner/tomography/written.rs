@@ -22,7 +22,7 @@ pub(super) struct Outcome<'a, T> {
     pub seconds: f64,
 }
 
-/// What of the pictures may be left unexplained, in parts of their norm, before it is said: noise of a tenth of the light leaves less.
+/// What of the pictures may be left unexplained, in parts of their norm, before it is said.
 const UNLIKELY: f64 = 0.5;
 
 impl<T: Real> Outcome<'_, T> {

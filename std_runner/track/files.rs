@@ -81,7 +81,7 @@ pub(super) fn find(scene: &CaptureScene) -> Result<Found, Failure> {
     // Frames that are not tracked may be missing.
     let count = files.paths.len();
     let end = scene.last.map_or(count, |last| count.min(last + 1));
-    refuse_gaps(document, &files, scene.first, end)?;
+    refuse_disorder(document, &files, scene.first, end)?;
     let frames =
         Frames::of_files(files.paths, scene.name.as_deref(), scene.ink.as_deref(), KEY).map_err(refuse)?;
     Ok(Found {
@@ -177,7 +177,7 @@ fn in_folder(document: &Document, folder: &Path) -> Result<Numbered, Failure> {
 }
 
 /// Refuses numbered files from number `first` to before number `end` of them among which one is missing, or there twice: they are evenly apart.
-fn refuse_gaps(document: &Document, files: &Numbered, first: usize, end: usize) -> Result<(), Failure> {
+fn refuse_disorder(document: &Document, files: &Numbered, first: usize, end: usize) -> Result<(), Failure> {
     if let Some([one, other]) = files.twice(first, end) {
         let why = format!(
             "has frames with the same number, {one} and {other}; name those of one camera by a pattern"

@@ -201,7 +201,7 @@ impl Given {
         Ok(())
     }
 
-    /// Refuses truth of other faces or of fewer steps.
+    /// Refuses truth of other faces, of fewer steps, or with what is no number.
     fn check_truth(&mut self, scene: &CaptureScene) -> Result<(), Failure> {
         for (axis, series) in self.truth.iter().enumerate() {
             let expected = self.faces(axis);
@@ -221,20 +221,23 @@ impl Given {
                 )));
             }
         }
+        self.check_values_of_truth(scene)
+    }
+
+    /// Refuses truth with a value that is not finite in a step that is tracked.
+    fn check_values_of_truth(&mut self, scene: &CaptureScene) -> Result<(), Failure> {
         for axis in 0..self.truth.len() {
             for index in 0..self.pairs {
-                if self
-                    .truth(scene, index, axis)?
-                    .iter()
-                    .any(|value| !value.is_finite())
-                {
-                    let path = self.truth[axis].path().display();
-                    return Err(Failure::Input(format!(
-                        "{}: `capture.truth` file `{path}` has a value that is not finite in step {}; correct it, or leave it out",
-                        scene.document.place("capture.truth"),
-                        self.first + index
-                    )));
+                let truth = self.truth(scene, index, axis)?;
+                if truth.iter().all(|value| value.is_finite()) {
+                    continue;
                 }
+                let path = self.truth[axis].path().display();
+                return Err(Failure::Input(format!(
+                    "{}: `capture.truth` file `{path}` has a value that is not finite in step {}; correct it, or leave it out",
+                    scene.document.place("capture.truth"),
+                    self.first + index
+                )));
             }
         }
         Ok(())

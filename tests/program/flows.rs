@@ -659,7 +659,7 @@ fn what_cannot_be_followed_is_refused() {
                 "grid.boundary=[\"wall\", \"wall\"]",
             ],
             2,
-            &["--reference", "has the boundary", "boundary"],
+            &["--reference", "has the boundary", "`grid.boundary`"],
         ),
         (
             &[

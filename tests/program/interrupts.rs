@@ -7,24 +7,11 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-/// A solve that goes on until it is stopped, seen to iterate; and the lines of JSON that it will yet print.
-fn endless(folder: &Path) -> (Child, impl Iterator<Item = String>) {
+/// A run of the program that has printed a line with `seen`, and the lines of JSON that it will yet print.
+fn begun(arguments: &[&str], seen: &str) -> (Child, impl Iterator<Item = String> + use<>) {
     let mut program = crate::support::thurible()
-        .args([
-            "solve",
-            "examples/small_letter.toml",
-            "--json",
-            "--set",
-            "method.iterations=100000",
-            "--set",
-            "output.frames=false",
-        ])
-        .args([
-            "--set",
-            "method.admm.density_tolerance=1e-12",
-            "-o",
-            folder.to_str().unwrap(),
-        ])
+        .args(arguments)
+        .args(["--json", "--set", "output.frames=false"])
         .stdout(Stdio::piped())
         .stderr(Stdio::null())
         .spawn()
@@ -32,11 +19,25 @@ fn endless(folder: &Path) -> (Child, impl Iterator<Item = String>) {
     let mut lines = BufReader::new(program.stdout.take().unwrap())
         .lines()
         .map(Result::unwrap);
-    assert!(
-        lines.any(|line| line.contains("\"iteration\"")),
-        "no iteration was seen"
-    );
+    assert!(lines.any(|line| line.contains(seen)), "no {seen} was seen");
     (program, lines)
+}
+
+/// A solve that goes on until it is stopped, seen to iterate.
+fn endless(folder: &Path) -> (Child, impl Iterator<Item = String>) {
+    let sets = [
+        "--set",
+        "method.iterations=100000",
+        "--set",
+        "method.admm.density_tolerance=1e-12",
+    ];
+    let scene = [
+        "solve",
+        "examples/small_letter.toml",
+        "-o",
+        folder.to_str().unwrap(),
+    ];
+    begun(&[&scene[..], &sets].concat(), "\"iteration\"")
 }
 
 /// Sends `signals` to `program`, one after the other.
@@ -73,21 +74,9 @@ fn an_interrupt_writes_what_there_is() {
 #[test]
 fn an_interrupted_simulation_says_where_it_ends() {
     let folder = fresh_folder("interrupted_simulation").join("out");
-    let mut program = crate::support::thurible()
-        .args(["simulate", "examples/small_3d.toml", "--steps", "4000", "--json"])
-        .args(["--set", "flow.buoyancy=1e-3", "--set", "output.frames=false"])
-        .args(["-o", folder.to_str().unwrap()])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    let mut lines = BufReader::new(program.stdout.take().unwrap())
-        .lines()
-        .map(Result::unwrap);
-    assert!(
-        lines.any(|line| line.contains("\"planned_bytes\"")),
-        "no plan was seen"
-    );
+    let scene = ["simulate", "examples/small_3d.toml", "--steps", "4000"];
+    let more = ["--set", "flow.buoyancy=1e-3", "-o", folder.to_str().unwrap()];
+    let (mut program, lines) = begun(&[scene, more].concat(), "\"planned_bytes\"");
     std::thread::sleep(core::time::Duration::from_millis(300));
     signal(&program, &["INT"]);
     lines.for_each(drop);
