@@ -1,13 +1,15 @@
-//! `image = "x.png"`: a silhouette from a picture of any kind, y up.
+//! `image = "x.png"`: a silhouette from a picture of any kind, flat with y up in 2D, and in 3D upright as letters are, seen from -y.
 
 use std::path::Path;
 
 use super::decode::{self, Pixels};
 use super::error::Fault;
 use super::ink::Ink;
+use super::mesh::Edge as BodyEdge;
 use super::note::Note;
 use super::resample::{Edge, along, windows};
-use super::{Canvas, ShapeError};
+use super::solid::soft;
+use super::{Canvas, ShapeError, ShapeSpec, text};
 
 /// Pixels a cell of drawings that have none of their own, and how many they have at least and at most along a side.
 const FINER: usize = 4;
@@ -21,22 +23,25 @@ const BEYOND: f64 = 1e-3;
 /// More than this part of a picture is rarely meant to be smoke.
 const NEARLY_ALL: f64 = 0.5;
 
-/// The picture, in its own proportions, as large as the box allows and centred in it; `ink` says which of its pixels are smoke.
+/// The picture at `path`, in its own proportions, as large as the box allows and centred in it; `ink` says which of its pixels are smoke.
 pub(super) fn draw(
+    spec: &ShapeSpec,
     path: &Path,
-    ink: Option<&str>,
-    canvas: &Canvas,
+    (canvas, edge): (&Canvas, BodyEdge),
     notes: &mut Vec<Note>,
 ) -> Result<Vec<f64>, ShapeError> {
-    if canvas.dimensions() != 2 {
-        let remedy = "use `text`, `file` or the solid shapes in 3D";
-        return Err(ShapeError::key("image", "is flat, and the grid is 3D", remedy));
-    }
-    let ink = ink.map(Ink::parse).transpose()?;
-    let longest = canvas.cells.iter().copied().max().unwrap_or(1);
-    let side = (FINER * longest).clamp(DRAWN[0], DRAWN[1]);
+    let ink = spec.ink.as_deref().map(Ink::parse).transpose()?;
+    let up = canvas.up();
+    let across = [canvas.cells_3d()[0], canvas.cells_3d()[up]];
+    let usual = text::USUAL_HEIGHT * canvas.extent()[up];
+    let half_depth = text::half_depth(spec.depth, usual, canvas)?;
+    let side = (FINER * across[0].max(across[1])).clamp(DRAWN[0], DRAWN[1]);
     let (pixels, ink) = opened(path, ink, side).map_err(|fault| fault.of("image", path))?;
-    let (cells, smoke) = fit(&pixels, ink, canvas).map_err(|fault| fault.of("image", path))?;
+    let (flat, smoke) = fit(&pixels, ink, across).map_err(|fault| fault.of("image", path))?;
+    let cells = match half_depth {
+        None => flat,
+        Some(half_depth) => extruded(&flat, across[0], &depths(half_depth, canvas, edge)),
+    };
     let shown = path.display();
     let percent = 100.0 * smoke;
     notes.push(Note::remark(format!(
@@ -68,6 +73,30 @@ pub(super) fn draw(
     Ok(cells)
 }
 
+/// How much of each layer of cells along y belongs to a body in the middle of the box.
+fn depths(half_depth: f64, canvas: &Canvas, edge: BodyEdge) -> Vec<f64> {
+    let (h, middle) = (canvas.cell_size(), canvas.middle()[1]);
+    let part = |layer: usize| {
+        let outside = ((layer as f64 + 0.5) * h - middle).abs() - half_depth;
+        match edge {
+            BodyEdge::Soft => soft(outside / h),
+            BodyEdge::Cut => f64::from(u8::from(outside <= 0.0)),
+        }
+    };
+    (0..canvas.cells_3d()[1]).map(part).collect()
+}
+
+/// Rows of `width` values, each of them repeated along y by these parts.
+fn extruded(flat: &[f64], width: usize, depths: &[f64]) -> Vec<f64> {
+    let rows = flat.chunks_exact(width);
+    let layers = rows.flat_map(|row| {
+        depths
+            .iter()
+            .map(move |part| row.iter().map(move |value| part * value))
+    });
+    layers.flatten().collect()
+}
+
 /// Values 0 ..= 1, row by row from the bottom.
 pub(super) struct Picture {
     pub width: usize,
@@ -75,17 +104,17 @@ pub(super) struct Picture {
     pub values: Vec<f64>,
 }
 
-/// The densities of the pixels on the cells, and their mean. They are taken row by row: a picture has far more pixels than the grid cells.
-fn fit(pixels: &Pixels, ink: Ink, canvas: &Canvas) -> Result<(Vec<f64>, f64), Fault> {
+/// The densities of the pixels on so many cells, and their mean. They are taken row by row: a picture has far more pixels than the grid cells.
+fn fit(pixels: &Pixels, ink: Ink, cells: [usize; 2]) -> Result<(Vec<f64>, f64), Fault> {
     let shape = [pixels.width, pixels.height];
     let pixels_a_cell = shape
         .iter()
-        .zip(&canvas.cells)
+        .zip(&cells)
         .map(|(&pixels, &cells)| pixels as f64 / cells as f64);
     let step = pixels_a_cell.fold(0.0, f64::max);
     let taps: Vec<_> = shape
         .iter()
-        .zip(&canvas.cells)
+        .zip(&cells)
         .map(|(&pixels, &cells)| {
             let start = 0.5 * (pixels as f64 - cells as f64 * step);
             windows(cells, pixels, start, step, Edge::Empty)

@@ -6,7 +6,7 @@ use super::check::FAINTEST;
 use super::ending::ends_with;
 use super::mesh::{Edge, Placed};
 use super::npy::Entry;
-use super::solid::Solid;
+use super::solid::{Solid, soft};
 use super::{Canvas, Note, ShapeError, ShapeSpec, array, build, image, mesh, vdb};
 
 /// The largest `density` that a shape may have.
@@ -84,7 +84,7 @@ impl ShapeSpec {
             return union(shapes, (canvas, base), edge, notes);
         }
         if let Some(path) = &self.image {
-            return image::draw(&base.join(path), self.ink.as_deref(), canvas, notes);
+            return image::draw(self, &base.join(path), (canvas, edge), notes);
         }
         let first = self.first.as_ref().map(|first| base.join(first));
         let placed = Placed {
@@ -149,11 +149,12 @@ impl ShapeSpec {
         // A volume is placed as a mesh is, and has no entries.
         let is_volume = self.file.as_deref().is_some_and(|file| ends_with(file, "vdb"));
         let placed = if is_volume { "file" } else { "mesh" };
+        let deep = if self.image.is_some() { "image" } else { "text" };
         let owned = [
             ("font", "text", self.font.is_some()),
             ("height", "text", self.height.is_some()),
             ("center", "text", self.center.is_some()),
-            ("depth", "text", self.depth.is_some()),
+            ("depth", deep, self.depth.is_some()),
             ("weight", "text", self.weight.is_some()),
             ("ink", "image", self.ink.is_some()),
             ("name", "file", self.name.is_some()),
@@ -232,7 +233,7 @@ pub(super) fn fill(canvas: &Canvas, solid: &dyn Solid) -> Vec<f64> {
                 let image =
                     |shift: &[f64; 3]| solid.distance(core::array::from_fn(|axis| point[axis] + shift[axis]));
                 let distance = shifts.iter().map(image).fold(f64::INFINITY, f64::min);
-                cells.push(0.5 - 0.5 * (distance / h).tanh());
+                cells.push(soft(distance / h));
             }
         }
     }

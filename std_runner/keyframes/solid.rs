@@ -8,6 +8,11 @@ pub(super) trait Solid {
     fn distance(&self, point: [f64; 3]) -> f64;
 }
 
+/// What belongs to a body of a cell whose middle lies so many cells outside of its surface: 0.5 - 0.5 tanh(distance).
+pub(super) fn soft(cells: f64) -> f64 {
+    0.5 - 0.5 * cells.tanh()
+}
+
 /// A circle or a sphere.
 pub(super) struct Ball {
     pub center: [f64; 3],

@@ -46,7 +46,7 @@ pub struct ShapeSpec {
     pub(super) height: Option<f64>,
     /// Of `text`: the middle of the ink.
     pub(super) center: Option<Vec<f64>>,
-    /// Of `text` in 3D: thickness along y.
+    /// Of `text` and `image` in 3D: thickness along y.
     pub(super) depth: Option<f64>,
     /// Of `text`: by how much of the height every stroke is thickened.
     pub(super) weight: Option<f64>,
@@ -109,7 +109,7 @@ impl ShapeSpec {
     /// The keys that name a file; `control.initial_velocity` has one of them.
     pub(crate) const FILES: &[&str] = &["image", "file", "mesh", "font"];
 
-    /// The key of a keyframe that names many, by a pattern.
+    /// The key of a keyframe or an emitter that names many, by a pattern.
     pub(crate) const PATTERN: &str = "files";
 }
 

@@ -10,7 +10,7 @@ use super::whole::whole;
 use super::{Canvas, ShapeError, ShapeSpec, check};
 
 /// Height of a capital letter if none is given, in heights of the box.
-const USUAL_HEIGHT: f64 = 0.5;
+pub(super) const USUAL_HEIGHT: f64 = 0.5;
 /// Text of the usual height is shrunk until its ink fills at most this part of the box.
 const WIDEST: f64 = 0.8;
 /// Thickness along y if none is given, in heights of a capital letter.
@@ -135,14 +135,19 @@ fn ink(lettering: &Lettering) -> (Point, Point) {
     (low, high)
 }
 
-fn half_depth(depth: Option<f64>, height: f64, canvas: &Canvas) -> Result<Option<f64>, ShapeError> {
+/// Half the thickness along y of what is so high, in 3D.
+pub(super) fn half_depth(
+    depth: Option<f64>,
+    height: f64,
+    canvas: &Canvas,
+) -> Result<Option<f64>, ShapeError> {
     match (depth, canvas.dimensions()) {
         (Some(depth), 3) => Ok(Some(0.5 * check::positive("depth", depth, canvas)?)),
         (None, 3) => Ok(Some(0.5 * USUAL_DEPTH * height)),
         (Some(_), _) => Err(ShapeError::key(
             "depth",
             "is given, and the grid is 2D",
-            "remove it: flat text has no depth",
+            "remove it: what is flat has no depth",
         )),
         (None, _) => Ok(None),
     }

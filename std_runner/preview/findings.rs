@@ -19,7 +19,7 @@ const CUT: f64 = 0.5;
 /// A sentence for each.
 pub(crate) fn findings(scene: &Scene, layers: &[Layer]) -> Vec<String> {
     let canvas = scene.canvas();
-    let smoke = |layer: &&Layer| matches!(layer.role, Role::Source | Role::Emitter | Role::Keyframe(_));
+    let smoke = |layer: &&Layer| matches!(layer.role, Role::Source | Role::Emitter(_) | Role::Keyframe(_));
     let smoke: Vec<&Layer> = layers.iter().filter(smoke).collect();
     let cut = smoke.iter().filter_map(|layer| cut_off(&canvas, layer));
     let inside = smoke.iter().filter_map(|layer| inside_a_solid(layers, layer));
@@ -81,11 +81,11 @@ fn fast(scene: &Scene, canvas: &Canvas, layers: &[Layer]) -> Vec<String> {
         let densest = layer.values.iter().copied().fold(0.0, f64::max);
         layer.values.iter().map(|&value| value > 0.1 * densest).collect()
     };
-    let made: Vec<Vec<bool>> = layers
-        .iter()
-        .filter(|layer| layer.role == Role::Emitter)
-        .map(is_smoke)
-        .collect();
+    let made = layers.iter().filter_map(|layer| match layer.role {
+        Role::Emitter(made) => Some((made.first, is_smoke(layer))),
+        _ => None,
+    });
+    let made: Vec<_> = made.collect();
     let source = layers.iter().find(|layer| layer.role == Role::Source);
     // The first step goes with the initial velocity, which is rest where none is given. Stable Fluids are forced before it too.
     let forced = scene.method.fluids.chosen;
@@ -105,7 +105,8 @@ fn fast(scene: &Scene, canvas: &Canvas, layers: &[Layer]) -> Vec<String> {
             continue;
         };
         let (mut from, last, still) = before;
-        for made in &made {
+        // Of the emitters, those that have begun.
+        for (_, made) in made.iter().filter(|(begins, _)| *begins < stay.first) {
             from.iter_mut().zip(made).for_each(|(from, &made)| *from |= made);
         }
         let steps = stay.first.saturating_sub(last + still);

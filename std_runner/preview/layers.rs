@@ -12,8 +12,8 @@ use crate::stay::Stay;
 pub(crate) enum Role {
     /// Smoke at the beginning.
     Source,
-    /// Smoke that is made.
-    Emitter,
+    /// Smoke that is made, and from which step to which.
+    Emitter(Stay),
     /// Smoke that is wanted, and when.
     Keyframe(Stay),
     /// Where a keyframe matters.
@@ -36,7 +36,7 @@ impl Layer {
     /// What it is, in the words of a caption.
     pub fn title(&self) -> String {
         match self.role {
-            Role::Keyframe(stay) if stay.is_held() => {
+            Role::Keyframe(stay) | Role::Emitter(stay) if stay.is_held() => {
                 format!("{}, steps {} to {}", self.key, stay.first, stay.last)
             }
             Role::Keyframe(stay) => format!("{}, step {}", self.key, stay.first),
@@ -71,7 +71,11 @@ pub(crate) fn layers(scene: &Scene, notes: &mut Vec<Note>) -> Result<Vec<Layer>,
         add("source", Role::Source, source, notes)?;
     }
     for emitter in &scene.emitters {
-        add(&emitter.key, Role::Emitter, &emitter.shape, notes)?;
+        let stay = Stay {
+            first: emitter.emits.from,
+            last: emitter.emits.to,
+        };
+        add(&emitter.key, Role::Emitter(stay), &emitter.shape, notes)?;
     }
     for keyframe in &scene.keyframes {
         add(

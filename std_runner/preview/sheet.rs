@@ -97,7 +97,7 @@ pub(crate) fn shown(layers: &[Layer]) -> Vec<&Layer> {
 fn said(canvas: &Canvas, layer: &Layer) -> String {
     let volume = layer.sum() * cell_volume(canvas);
     match layer.role {
-        Role::Source | Role::Keyframe(_) | Role::Emitter => format!("mass {volume:.5}"),
+        Role::Source | Role::Keyframe(_) | Role::Emitter(_) => format!("mass {volume:.5}"),
         Role::Region | Role::Mask | Role::Solid if canvas.dimensions() == 3 => format!("volume {volume:.5}"),
         Role::Region | Role::Mask | Role::Solid => format!("area {volume:.5}"),
     }

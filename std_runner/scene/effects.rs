@@ -3,6 +3,7 @@
 use super::check::shown;
 use super::document::Document;
 use super::model::{Emission, Grid, Scene, Time};
+use super::sequence::{Sequence, Single};
 use super::shapes;
 use crate::exit::Failure;
 use crate::keyframes::{DENSEST, ShapeSpec};
@@ -18,24 +19,42 @@ pub(super) fn emitters(
     place: (&Grid, Time),
 ) -> Result<Vec<Emission>, Failure> {
     let tables = raw.unwrap_or_default().into_iter().enumerate();
-    tables
-        .map(|(index, table)| emitter(document, index, table, place))
-        .collect()
+    let all = tables.map(|(index, table)| emitter(document, index, table, place));
+    Ok(all.collect::<Result<Vec<_>, _>>()?.concat())
 }
 
+/// Number `index` in the file: one emitter, or of a sequence one for each of its shapes, from its step to that of the next.
 fn emitter(
     document: &Document,
     index: usize,
     mut table: Table,
     (grid, time): (&Grid, Time),
-) -> Result<Emission, Failure> {
+) -> Result<Vec<Emission>, Failure> {
     let steps = time.steps;
     let key = format!("emitter[{index}]");
     document.only(
         &key,
         &table,
-        &[&["from", "to", "rate", "target", "velocity"], ShapeSpec::KEYS].concat(),
+        &[
+            &[
+                "from",
+                "to",
+                "steps",
+                ShapeSpec::PATTERN,
+                "rate",
+                "target",
+                "velocity",
+            ],
+            ShapeSpec::KEYS,
+        ]
+        .concat(),
     )?;
+    let single = Single {
+        keys: &["from", "to"],
+        allowed: &(0..=steps - 1),
+        step: |document, key, found, allowed| document.whole_value(key, found, allowed.clone()),
+    };
+    let sequence = Sequence::taken(document, &key, &mut table, &single)?;
     let at = |name: &str| format!("{key}.{name}");
     let mut step = |name: &str, otherwise: usize, allowed| match table.remove(name) {
         None => Ok(otherwise),
@@ -50,16 +69,25 @@ fn emitter(
     }
     let supply = supply(document, &key, table.remove("rate"), table.remove("target"))?;
     let velocity = velocity(document, &key, table.remove("velocity"), (grid, time))?;
-    Ok(Emission {
+    let shapes = match &sequence {
+        None => vec![(from, shapes::shape(document, &key, table)?)],
+        Some(sequence) => sequence.shapes(document, &key, table, [steps - 1, steps])?,
+    };
+    let ends = |begins: usize| match &sequence {
+        None => to,
+        Some(sequence) => begins.saturating_add(sequence.every).min(steps),
+    };
+    let emission = |(from, shape)| Emission {
         emits: Emitter {
             from,
-            to,
+            to: ends(from),
             supply,
             velocity,
         },
-        shape: shapes::shape(document, &key, table)?,
-        key,
-    })
+        shape,
+        key: key.clone(),
+    };
+    Ok(shapes.into_iter().map(emission).collect())
 }
 
 /// How much an emitter makes: the one that is given of `rate` and `target`.

@@ -72,6 +72,8 @@ const TABLES: &[(&str, &[Key])] = &[
         &[
             ("from", "0", "steps"),
             ("to", "`time.steps`", "steps"),
+            ("steps", "one shape, by `from` and `to`", ""),
+            ("files", "", ""),
             ("rate", "this or `target`", "density / step"),
             ("target", "this or `rate`", "density"),
             ("velocity", "that of the flow", VELOCITY),
@@ -89,10 +91,8 @@ const TABLES: &[(&str, &[Key])] = &[
             ("weight", "1; of a text 0", ""),
         ],
     ),
-    (
-        "/properties/keyframe/items/properties/steps/properties",
-        &[("from", "", "steps"), ("every", "", "steps")],
-    ),
+    ("/properties/emitter/items/properties/steps/properties", SEQUENCE),
+    ("/properties/keyframe/items/properties/steps/properties", SEQUENCE),
     ("/properties/release/items/properties", &[("from", "", "steps")]),
     (
         "/properties/template/items/properties",
@@ -143,13 +143,20 @@ const TABLES: &[(&str, &[Key])] = &[
     ),
 ];
 
+/// Where a sequence stands.
+const SEQUENCE: &[Key] = &[("from", "", "steps"), ("every", "", "steps")];
+
 /// Keys of a shape.
 const SHAPE: &[Key] = &[
     ("density", "1.0", "density"),
     ("font", "DejaVu Sans Bold", ""),
     ("height", "half of the box, or what fits", "length"),
     ("center", "the middle of the box", "length"),
-    ("depth", "0.3 of `height`", "length"),
+    (
+        "depth",
+        "0.3 of `height`; of a picture 0.15 of the box's height",
+        "length",
+    ),
     ("weight", "0.0", "parts of `height`"),
     ("ink", "by the picture", ""),
     ("name", "the only array; of a volume `density`", ""),

@@ -96,9 +96,23 @@ pub(super) fn emitters(generator: &mut SchemaGenerator) -> Schema {
         "to": step("It adds smoke up to this step.", 1),
         "rate": positive("So much density a step."),
         "target": positive("It fills up to this density."),
+        "steps": sequence("A shape for each of many steps, of `files` or of an array whose first axis is time: each adds smoke until the next one does.", 0),
+        "files": files(),
         "velocity": vector("It takes the flow there along while it adds smoke.")
     });
     list(shape_and(generator, more))
+}
+
+/// Where a sequence stands, whose first step is at least this one.
+fn sequence(words: &str, least: usize) -> Value {
+    json!({
+        "description": words, "type": "object", "additionalProperties": false, "required": ["from", "every"],
+        "properties": { "from": step("The first step.", least), "every": step("How many steps apart they are.", 1) }
+    })
+}
+
+fn files() -> Value {
+    json!({ "description": "Pictures, meshes, volumes or arrays, one for each step, as in \"horse_*.png\".", "type": "string" })
 }
 
 fn vector(words: &str) -> Value {
@@ -109,12 +123,8 @@ pub(super) fn keyframes(generator: &mut SchemaGenerator) -> Schema {
     let region = json!({ "description": "Where it matters: any shape.", "allOf": [shape(generator)] });
     let more = json!({
         "step": step("The step it stands at: 2 or later, but for Stable Fluids.", 1),
-        "steps": {
-            "description": "A shape for each of many steps, of `files` or of an array whose first axis is time.",
-            "type": "object", "additionalProperties": false, "required": ["from", "every"],
-            "properties": { "from": step("The first step.", 1), "every": step("How many steps apart they are.", 1) }
-        },
-        "files": { "description": "Pictures, meshes, volumes or arrays, one for each step, as in \"horse_*.png\".", "type": "string" },
+        "steps": sequence("A shape for each of many steps, of `files` or of an array whose first axis is time.", 1),
+        "files": files(),
         "hold": step("It is kept for so many more steps.", 0),
         "region": region,
         "weight": { "description": "How much it matters beside other keyframes; of a text, by how much its strokes are thickened.",

@@ -1,27 +1,69 @@
-//! `steps = { from, every }` of a keyframe: a shape for each of many steps, from many files or one array.
+//! `steps = { from, every }` of a keyframe or an emitter: a shape for each of many steps, from many files or one array.
 
 use super::document::Document;
 use super::numbered::Numbered;
+use super::raw::read;
 use crate::exit::Failure;
 use crate::keyframes::{ShapeSpec, steps_of_array};
 use core::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
-/// Where a sequence stands.
-#[derive(Clone, Copy)]
-pub(super) struct Steps {
+/// Where a sequence stands, and the pattern of its files if it has one.
+pub(super) struct Sequence {
     from: usize,
-    every: usize,
+    /// How many steps apart its shapes are.
+    pub every: usize,
+    files: Option<Value>,
 }
 
-impl Steps {
-    /// What stands at `keyframe[i].steps`.
-    pub fn read(
+/// What a table has in the place of a sequence, the steps that the first shape of a sequence may stand at, and how such a step is checked.
+pub(super) struct Single<'a> {
+    pub keys: &'a [&'a str],
+    pub allowed: &'a RangeInclusive<usize>,
+    pub step: fn(&Document, &str, &Value, &RangeInclusive<usize>) -> Result<usize, Failure>,
+}
+
+impl Sequence {
+    /// Takes `steps` and `files` out of the table at `key`, if they are there.
+    pub fn taken(
+        document: &Document,
+        key: &str,
+        table: &mut Table,
+        single: &Single<'_>,
+    ) -> Result<Option<Self>, Failure> {
+        let at = format!("{key}.steps");
+        let Some(found) = table.remove("steps") else {
+            let remedy = "write where the shapes of `files` stand, as in steps = { from = 10, every = 5 }";
+            let needed = table
+                .get(ShapeSpec::PATTERN)
+                .map(|_| document.required(&at, None, remedy));
+            return needed.unwrap_or(Ok(None));
+        };
+        if let Some(beside) = single.keys.iter().find(|beside| table.contains_key(**beside)) {
+            let why = format!(
+                "stands beside `{beside}`; a sequence of shapes has its own steps: take one of them out"
+            );
+            return Err(document.refuse(&at, why));
+        }
+        let files = table.remove(ShapeSpec::PATTERN);
+        let one = ["mesh", "image", "file"]
+            .into_iter()
+            .find(|one| table.contains_key(*one));
+        if let (Some(one), Some(_)) = (one, &files) {
+            let why = "stands beside `files`, which names the files of the sequence; take one of them out";
+            return Err(document.refuse(&format!("{key}.{one}"), why));
+        }
+        Self::read(document, &at, found, files, single).map(Some)
+    }
+
+    /// What stands at `key`, the `steps` of a table.
+    fn read(
         document: &Document,
         key: &str,
         found: Value,
-        steps: &RangeInclusive<usize>,
+        files: Option<Value>,
+        single: &Single<'_>,
     ) -> Result<Self, Failure> {
         let Value::Table(mut table) = found else {
             let wanted = "a table, as in { from = 10, every = 5 },";
@@ -37,21 +79,23 @@ impl Steps {
         };
         let ((from_key, from), (every_key, every)) = (found("from")?, found("every")?);
         Ok(Self {
-            from: document.step_of_keyframe(&from_key, &from, steps)?,
-            every: document.whole_value(&every_key, &every, 1..=*steps.end())?,
+            from: (single.step)(document, &from_key, &from, single.allowed)?,
+            every: document.whole_value(&every_key, &every, 1..=*single.allowed.end())?,
+            files,
         })
     }
 
-    /// Step and shape of every keyframe of the sequence that the table at `key` names by `files`, or by `file` with a leading axis.
+    /// Step and shape of every one of the sequence that the table at `key` names by `files`, or by `file` with a leading axis. `table` is what is
+    /// left of it, the keys of a shape; none may stand after step `last`, of all `steps`.
     pub fn shapes(
-        self,
+        &self,
         document: &Document,
         key: &str,
-        table: &Table,
-        shape: &ShapeSpec,
-        steps: usize,
+        table: Table,
+        [last, steps]: [usize; 2],
     ) -> Result<Vec<(usize, ShapeSpec)>, Failure> {
-        let shapes = match table.get("files") {
+        let shape = &read(document, key, Value::Table(table))?;
+        let shapes = match &self.files {
             Some(Value::String(pattern)) => by_pattern(document, key, pattern, shape)?,
             Some(other) => {
                 let wanted = "a pattern with one `*`, as in \"horse_*.png\",";
@@ -61,27 +105,27 @@ impl Steps {
                 let count = of_array(document, key, shape)?;
                 // A density for every frame of the scene: those at the steps are taken.
                 if count == steps + 1 {
-                    let taken = (self.from..count).step_by(self.every);
+                    let taken = (self.from..=last).step_by(self.every);
                     return Ok(taken.map(|step| (step, shape.of_step(step))).collect());
                 }
-                self.check(document, key, count, steps)?;
+                self.check(document, key, count, last)?;
                 (0..count).map(|step| shape.of_step(step)).collect()
             }
         };
-        self.check(document, key, shapes.len(), steps)?;
+        self.check(document, key, shapes.len(), last)?;
         let at = |(index, shape)| (self.from + index * self.every, shape);
         Ok(shapes.into_iter().enumerate().map(at).collect())
     }
 
-    /// Refuses a sequence of `count` shapes that goes on after the last of all `steps`.
-    fn check(self, document: &Document, key: &str, count: usize, steps: usize) -> Result<(), Failure> {
+    /// Refuses a sequence of `count` shapes that goes on after step `most`.
+    fn check(&self, document: &Document, key: &str, count: usize, most: usize) -> Result<(), Failure> {
         let between = count.saturating_sub(1);
         let last = self.from.saturating_add(between.saturating_mul(self.every));
-        if last <= steps {
+        if last <= most {
             return Ok(());
         }
         let why = format!(
-            "put {count} shapes at steps up to {last}, but the scene ends at step {steps}; raise `time.steps`, or begin sooner"
+            "put {count} shapes at steps up to {last}, but none may stand after step {most}; raise `time.steps`, or begin sooner"
         );
         Err(document.refuse(&format!("{key}.steps"), why))
     }

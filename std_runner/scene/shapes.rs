@@ -6,7 +6,7 @@ use crate::scene::check::shown;
 use crate::scene::document::Document;
 use crate::scene::model::{Emission, Keyframe};
 use crate::scene::raw::read;
-use crate::scene::sequence::Steps;
+use crate::scene::sequence::{Sequence, Single};
 use core::ops::RangeInclusive;
 use toml::{Table, Value};
 
@@ -56,19 +56,12 @@ fn keyframe(
         &[&["step", "steps", "files", "hold", "region"], ShapeSpec::KEYS].concat(),
     )?;
     let at = format!("{key}.step");
-    let sequence = match table.remove("steps") {
-        Some(_) if table.contains_key("step") => {
-            let why =
-                "stands beside `step`; a keyframe has one step, or a sequence of them: take one of them out";
-            return Err(document.refuse(&format!("{key}.steps"), why));
-        }
-        Some(found) => Some(Steps::read(document, &format!("{key}.steps"), found, allowed)?),
-        None if table.contains_key("files") => {
-            let remedy = "write where the shapes of `files` stand, as in steps = { from = 10, every = 5 }";
-            return document.required(&format!("{key}.steps"), None, remedy);
-        }
-        None => None,
+    let single = Single {
+        keys: &["step"],
+        allowed,
+        step: Document::step_of_keyframe,
     };
+    let sequence = Sequence::taken(document, &key, &mut table, &single)?;
     let remedy = "write the step it stands at, as in step = 40";
     let step = match sequence {
         Some(_) => 0,
@@ -77,7 +70,6 @@ fn keyframe(
             document.step_of_keyframe(&at, &found, allowed)?
         }
     };
-    refuse_file_beside_files(document, &key, &table)?;
     let held = table.remove("hold");
     // Beside a text, `weight` is that of its strokes.
     let weight = match table.remove("weight") {
@@ -89,15 +81,9 @@ fn keyframe(
         None => 1.0,
     };
     let region = part(document, &format!("{key}.region"), table.remove("region"))?;
-    let files = Table::from_iter(table.remove("files").map(|files| ("files".to_string(), files)));
-    let shape = if files.is_empty() {
-        shape(document, &key, table)?
-    } else {
-        read(document, &key, Value::Table(table))?
-    };
     let shapes = match sequence {
-        None => vec![(step, shape)],
-        Some(sequence) => sequence.shapes(document, &key, &files, &shape, steps)?,
+        None => vec![(step, shape(document, &key, table)?)],
+        Some(sequence) => sequence.shapes(document, &key, table, [steps, steps])?,
     };
     let keyframe = |(step, shape)| {
         let hold = match &held {
@@ -114,18 +100,6 @@ fn keyframe(
         })
     };
     shapes.into_iter().map(keyframe).collect()
-}
-
-/// Refuses one file beside a pattern of many, which takes its place.
-fn refuse_file_beside_files(document: &Document, key: &str, table: &Table) -> Result<(), Failure> {
-    let beside = ["mesh", "image", "file"];
-    match beside.into_iter().find(|one| table.contains_key(*one)) {
-        Some(one) if table.contains_key("files") => {
-            let why = "stands beside `files`, which names the files of the sequence; take one of them out";
-            Err(document.refuse(&format!("{key}.{one}"), why))
-        }
-        _ => Ok(()),
-    }
 }
 
 /// A shape that says of which cells something holds, if there is one.

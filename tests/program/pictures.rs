@@ -208,6 +208,51 @@ fn wrong_inks_are_refused() {
     }
 }
 
+/// In 3D it stands upright, seen from -y, as it would in a flat box, in the middle and as thick as it is said.
+#[test]
+fn a_picture_in_a_box_stands_upright_and_is_extruded_along_y() {
+    const DEEP: usize = 10;
+    let folder = fresh_folder("pictures_deep");
+    picture(&folder.join("a.png"), png::ColorType::Grayscale, |x, y| {
+        vec![if y < 4 {
+            102
+        } else {
+            255 * u8::from(is_inside(x, y))
+        }]
+    });
+    let (rows, _) = drawn(&folder, "ink = \"light\"");
+    let canvas = Canvas {
+        cells: vec![SIDE, DEEP, SIDE],
+        periodic: vec![false; 3],
+        length: 1.0,
+    };
+    let said = "image = \"a.png\"\nink = \"light\"\n";
+    let spec = |keys: &str| -> ShapeSpec { toml::from_str(&format!("{said}{keys}")).unwrap() };
+    let parts = |layer: usize, half: f64| {
+        let outside = (layer as f64 - 4.5).abs() - half;
+        [0.5 - 0.5 * outside.tanh(), f64::from(u8::from(outside <= 0.0))]
+    };
+    // Four cells, and where nothing is said 0.15 of the box's height.
+    for (keys, half) in [("depth = 0.25", 2.0), ("", 1.2)] {
+        let soft = spec(keys).rasterise(&canvas, &folder).unwrap();
+        let cut = spec(keys).cut_noting(&canvas, &folder, &mut Vec::new()).unwrap();
+        for (at, (soft, cut)) in soft.iter().zip(cut).enumerate() {
+            let (x, layer, z) = (at % SIDE, at / SIDE % DEEP, at / (SIDE * DEEP));
+            let flat = rows[(SIDE - 1 - z) * SIDE + x];
+            let [part, whole] = parts(layer, half);
+            assert!((soft - flat * part).abs() < 1e-12, "{keys}: {x} {layer} {z}");
+            assert!((cut - flat * whole).abs() < 1e-12, "{keys}: {x} {layer} {z}");
+        }
+    }
+    for (keys, expected) in [
+        ("depth = -1.0", "`depth` is -1"),
+        ("height = 0.5", "`height` is a key of `text`"),
+    ] {
+        let error = spec(keys).rasterise(&canvas, &folder).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
 #[test]
 fn the_program_says_what_it_took() {
     let folder = fresh_folder("pictures_program");

@@ -1,7 +1,8 @@
-//! Keyframes from many files or one array with time: which files are meant, where they stand, and what is refused.
+//! Keyframes and emitters from many files or one array with time: which files are meant, where they stand, and what is refused.
 
 use super::small::{CIRCLE, SIDE, density, refused};
-use super::support::{Ended, fresh_folder, npz::npy, thurible};
+use super::support::verify::verify;
+use super::support::{Ended, fresh_folder, npz::npy, run, text as text_of, thurible};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -136,4 +137,96 @@ fn a_missing_number_is_refused() {
         "{}",
         ended.err
     );
+}
+
+/// Each shape of an emitter adds its smoke until the next one does, and the last one as long as the others, or to the end.
+#[test]
+fn an_emitter_moves_from_shape_to_shape() {
+    let emitter = |steps: &str, shapes: &str| format!("[[emitter]]\nsteps = {steps}\nrate = 0.1\n{shapes}\n");
+    let circle = format!("step = 4\n{CIRCLE}\n");
+    let many = |name: &str, frames: u32| {
+        let folder = written(name, &circle);
+        let blob = |frame: u32| density().into_iter().map(move |x| x * f64::from(frame + 1));
+        let values: Vec<f64> = (0..frames).flat_map(blob).collect();
+        fs::write(
+            folder.join("all.npy"),
+            npy(&[frames as usize, SIDE, SIDE], &values),
+        )
+        .unwrap();
+        folder
+    };
+    // What emits in each of the four steps: the number of the shape and one more, or nothing.
+    let cases = [
+        (
+            "{ from = 1, every = 1 }",
+            "files = \"blob_*.npy\"",
+            [0.0, 1.0, 1.0, 0.0],
+        ),
+        (
+            "{ from = 0, every = 3 }",
+            "files = \"blob_*.npy\"",
+            [1.0, 1.0, 1.0, 1.0],
+        ),
+        (
+            "{ from = 1, every = 2 }",
+            "file = \"two.npy\"",
+            [0.0, 1.0, 1.0, 2.0],
+        ),
+        // An entry for each density: those of the steps.
+        (
+            "{ from = 1, every = 2 }",
+            "file = \"all.npy\"",
+            [0.0, 2.0, 2.0, 4.0],
+        ),
+    ];
+    for (number, (steps, shapes, expected)) in cases.into_iter().enumerate() {
+        let folder = many(&format!("moving_{number}"), 5);
+        fs::copy(many("two", 2).join("all.npy"), folder.join("two.npy")).unwrap();
+        let scene = folder.join("scene.toml");
+        let text = fs::read_to_string(&scene).unwrap() + &emitter(steps, shapes);
+        fs::write(
+            &scene,
+            text + "[method]\niterations = 1\n[output]\nframes = false\n",
+        )
+        .unwrap();
+        let out = folder.join("out");
+        let ended = run(&["solve", text_of(&scene), "-o", text_of(&out), "--quiet"]);
+        assert!([0, 5].contains(&ended.code), "{shapes}: {}", ended.err);
+        let found = verify("moving emitter", &out).emission;
+        assert_eq!(found.len(), 4);
+        for (step, (found, times)) in found.iter().zip(expected).enumerate() {
+            let wanted = density().into_iter().map(|x| 0.1 * times * x);
+            let largest = found.data.iter().zip(wanted).map(|(a, b)| (a - b).abs());
+            let largest = largest.fold(0.0, f64::max);
+            assert!(largest < 1e-6, "{shapes}, step {step}: {largest}");
+        }
+    }
+}
+
+#[test]
+fn an_emitter_says_once_when_it_emits() {
+    let files = "rate = 0.1\nfiles = \"blob_*.npy\"";
+    let cases = [
+        (
+            "steps = { from = 0, every = 1 }\nfrom = 1",
+            "`emitter[0].steps` stands beside `from`",
+        ),
+        ("to = 3", "`emitter[0].steps` is missing"),
+        (
+            "steps = { from = 3, every = 1 }",
+            "put 2 shapes at steps up to 4, but none may stand after step 3",
+        ),
+        ("steps = { from = 4, every = 1 }", "`emitter[0].steps.from` is 4"),
+        (
+            "steps = { from = 1, every = 1 }\nfile = \"blob_0.npy\"",
+            "`emitter[0].file` stands beside `files`",
+        ),
+    ];
+    for (keys, words) in cases {
+        let folder = written(
+            "emitter",
+            &format!("step = 4\n{CIRCLE}\n[[emitter]]\n{files}\n{keys}"),
+        );
+        refused(&seen(&folder, "scene.toml", &folder), &[words, "; "]);
+    }
 }

@@ -57,7 +57,7 @@ fn wrong_files_are_refused_by_name() {
         ("file = \"zero.npy\"\nname = \"density\"", 2, "remove `name`"),
         ("image = \"missing.png\"", 2, "cannot be read"),
         ("image = \"text.png\"", 2, "cannot be read as PNG"),
-        ("image = \"text.png\"", 3, "the grid is 3D"),
+        ("image = \"text.png\"", 3, "cannot be read as PNG"),
         (
             "text = \"F\"\nfont = \"missing.ttf\"",
             2,

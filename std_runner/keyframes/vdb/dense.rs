@@ -7,6 +7,7 @@ use super::container::{Grid, grid};
 use super::tree::{Corner, Part, walk};
 use crate::bytes::are_free;
 use crate::keyframes::error::Fault;
+use crate::keyframes::solid::soft;
 use crate::keyframes::whole::whole;
 
 /// Longest side in voxels that is read.
@@ -101,7 +102,7 @@ impl Density {
     pub fn at(self, value: f32) -> f64 {
         match (self.level_set, f64::from(value)) {
             // What is no number stays none.
-            (true, distance) => 0.5 - 0.5 * (distance / self.size).tanh(),
+            (true, distance) => soft(distance / self.size),
             (false, density) => density,
         }
     }

@@ -252,7 +252,7 @@ pub const EFFECTS: &[Spoiled] = &[
         &[
             "scene.toml:8: `emitter[0].speed`",
             "no key `speed`",
-            "`from`, `to`, `rate`, `target`, `velocity`, `circle`",
+            "`from`, `to`, `steps`, `files`, `rate`, `target`, `velocity`, `circle`",
         ],
     ),
     spoiled(
