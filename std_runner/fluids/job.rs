@@ -178,7 +178,8 @@ impl Run {
             folder: destination.folder(),
         };
         let record = record::of(&known, fluids, exec, &seen, ended, watch);
-        destination.fill(|folder| written::pack(&store, folder, &record, T::PRECISION))?;
+        let result = destination.folder().to_path_buf();
+        destination.fill(|folder| written::pack(&store, (folder, &result), &record, T::PRECISION))?;
         Ok(record)
     }
 

@@ -3,7 +3,7 @@
 use crate::exit::Failure;
 use crate::output::{OutputError, Precision, Store};
 use crate::remarks::{KeyframeError, densest, distance};
-use crate::report::{ARCHIVE, RunRecord, write_record};
+use crate::report::{ARCHIVE, RunRecord, write_words};
 use crate::run::drawn::drawn;
 use crate::scene::Scene;
 use crate::stay::Stay;
@@ -184,7 +184,7 @@ fn put_templates<T: Real, S: Space>(
 /// Writes the result of the store and its report into `folder`.
 pub(super) fn pack(
     store: &Store,
-    folder: &Path,
+    (folder, result): (&Path, &Path),
     record: &RunRecord,
     precision: Precision,
 ) -> Result<(), OutputError> {
@@ -195,5 +195,5 @@ pub(super) fn pack(
         _ => record.steps + 1,
     };
     store.pack(&folder.join(ARCHIVE), precision, count)?;
-    write_record(folder, record)
+    write_words(folder, result, record)
 }

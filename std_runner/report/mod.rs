@@ -46,10 +46,12 @@ use crate::output::{
 pub(crate) const ARCHIVE: &str = "result.npz";
 /// What is said of it.
 pub(crate) const REPORT: &str = "report.json";
+/// The same for people.
+const PAGE: &str = "report.html";
 
 /// The files of a result with densities 0 ..= `steps`, with `images` those of its pictures too, relative to its folder.
 pub(crate) fn files(steps: usize, images: bool) -> Vec<PathBuf> {
-    let mut files: Vec<PathBuf> = [ARCHIVE, REPORT, "report.html"].map(PathBuf::from).to_vec();
+    let mut files: Vec<PathBuf> = [ARCHIVE, REPORT, PAGE].map(PathBuf::from).to_vec();
     if images {
         files.push(ANIMATION.into());
         files.extend((0..=steps).map(frame));
@@ -57,22 +59,41 @@ pub(crate) fn files(steps: usize, images: bool) -> Vec<PathBuf> {
     files
 }
 
-/// Writes the data of a result, `result.npz` and `report.json`, into `folder`. A file is written completely or not at all.
+/// Writes the data of a result, `result.npz` and `report.json`, and a page without pictures into `folder`, from where they go to `result`. A
+/// file is written completely or not at all.
 ///
 /// # Errors
 /// A file that could not be written, by name.
-pub fn write_numbers(folder: &Path, frames: &mut dyn Frames, record: &RunRecord) -> Result<(), OutputError> {
+pub fn write_numbers(
+    folder: &Path,
+    result: &Path,
+    frames: &mut dyn Frames,
+    record: &RunRecord,
+) -> Result<(), OutputError> {
     create_folder(folder)?;
     write_archive(&folder.join(ARCHIVE), frames)?;
-    write_record(folder, record)
+    write_words(folder, result, record)
 }
 
-/// Writes `report.json` into `folder`.
-pub(crate) fn write_record(folder: &Path, record: &RunRecord) -> Result<(), OutputError> {
+/// Writes `report.json` and a page without pictures into `folder`, from where they go to `result`.
+pub(crate) fn write_words(folder: &Path, result: &Path, record: &RunRecord) -> Result<(), OutputError> {
     let path = folder.join(REPORT);
     write_whole(&path, |file| {
         serde_json::to_writer_pretty(file, record).map_err(OutputError::of(&path))
-    })
+    })?;
+    write_page(folder, result, record, &Gallery::default())
+}
+
+/// Writes the page of `result` into `folder`.
+fn write_page(
+    folder: &Path,
+    result: &Path,
+    record: &RunRecord,
+    gallery: &Gallery,
+) -> Result<(), OutputError> {
+    let name = result.file_name().map(|name| name.to_string_lossy());
+    let page = page::page(name.as_deref().unwrap_or("result"), record, gallery);
+    write_bytes(&folder.join(PAGE), page.as_bytes())
 }
 
 /// Writes `report.html`, and with `images` the frames and the animation, into `folder`, all drawn from the arrays in
@@ -115,11 +136,12 @@ pub(crate) fn draw(
     let gallery = Gallery::has_room(&densities, images)
         .then(|| Gallery::draw(folder, densities, images))
         .transpose()?;
-    let title = result
-        .file_name()
-        .map_or_else(|| "result".into(), |name| name.to_string_lossy());
-    let page = page::page(&title, record, gallery.as_ref().unwrap_or(&Gallery::default()));
-    write_bytes(&folder.join("report.html"), page.as_bytes())?;
+    write_page(
+        folder,
+        result,
+        record,
+        gallery.as_ref().unwrap_or(&Gallery::default()),
+    )?;
     Ok(gallery)
 }
 

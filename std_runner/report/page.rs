@@ -111,6 +111,9 @@ fn hero(record: &RunRecord, gallery: &Gallery) -> String {
 }
 
 fn strip(gallery: &Gallery) -> String {
+    if gallery.strip.is_empty() {
+        return "<p>No pictures were drawn. <code>thurible render</code> with this folder draws them from <code>result.npz</code>.</p>".into();
+    }
     let is_keyframe = |step: usize| {
         gallery
             .keyframes

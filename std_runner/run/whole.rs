@@ -76,7 +76,8 @@ impl Job {
         let remembered = so_far.record(&mut words, &mut watch);
         let record = self.record(solver, &so_far, (ended, &mut watch), &destination);
         let mut frames = SolverFrames::new(solver, exec, &self.planned.problem);
-        let filled = destination.fill(|folder| report::write_numbers(folder, &mut frames, &record));
+        let result = destination.folder().to_path_buf();
+        let filled = destination.fill(|folder| report::write_numbers(folder, &result, &mut frames, &record));
         if let Err(failure) = filled {
             watch.display.close();
             let how = (ended == Status::Cancelled, true);

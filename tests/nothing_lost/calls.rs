@@ -113,8 +113,7 @@ fn is_right(
     // Asked again, the next run puts in order what could not be put back.
     if !is_whole {
         let _ = run(&mut place.command(folder, &["solve", "scene.toml", "-o", "out"]));
-        // Of the new one the page may be missing: the state is kept.
-        let found = fs::read(folder.join("out/result.npz")).ok();
+        let found = result(folder);
         assert!(
             [expected, old].iter().any(|one| found.as_deref() == Some(one)),
             "{what}: the earlier result is lost: {ended:?}"

@@ -17,7 +17,7 @@ fn write<T: Number>(
     record: &RunRecord,
     images: bool,
 ) -> Result<(), OutputError> {
-    write_numbers(folder, &mut frames.clone(), record)?;
+    write_numbers(folder, folder, &mut frames.clone(), record)?;
     assert!(
         write_pictures(folder, folder, record, images)?,
         "no memory for pictures"
@@ -223,6 +223,7 @@ fn the_page_links_to_nothing_and_escapes_the_scene() {
     write(&folder, &frames, &record(&frames, 30), true).unwrap();
     let page = fs::read_to_string(folder.join("report.html")).unwrap();
     let text = without_pictures(&page);
+    assert!(!page.contains("No pictures were drawn"));
     for forbidden in [
         "http:", "https:", "<script", "<link", "url(", "src=\"f", "NaN", "inf,",
     ] {
@@ -231,6 +232,19 @@ fn the_page_links_to_nothing_and_escapes_the_scene() {
     assert!(page.contains("&lt;not&gt; a &quot;tag&quot;"));
     assert!(page.matches("data:image/png;base64,").count() >= 1 + 4 + 6);
     assert_eq!(page.matches("<svg").count(), 4);
+}
+
+/// What is killed before its pictures are drawn has a page all the same.
+#[test]
+fn numbers_alone_have_a_page() {
+    let folder = folder("numbers");
+    let frames = MadeUp::<f32>::new(&[8, 8], &[true, false], 2, &[2]);
+    let named = Path::new("somewhere/plume");
+    write_numbers(&folder, named, &mut frames.clone(), &record(&frames, 3)).unwrap();
+    let page = fs::read_to_string(folder.join("report.html")).unwrap();
+    assert!(page.contains("<title>plume"), "{page}");
+    assert!(page.contains("No pictures were drawn. <code>thurible render</code>"));
+    assert!(!page.contains("data:image"));
 }
 
 #[test]

@@ -98,8 +98,10 @@ impl Job {
             record.remarks.insert(0, short);
         }
         let kept = &mut walk.kept;
-        let filled = destination
-            .fill(|folder| report::write_numbers(folder, kept, &record).map_err(|error| kept.trouble(error)));
+        let result = destination.folder().to_path_buf();
+        let filled = destination.fill(|folder| {
+            report::write_numbers(folder, &result, kept, &record).map_err(|error| kept.trouble(error))
+        });
         if let Err(failure) = filled {
             watch.display.close();
             let how = (ended == Status::Cancelled, false);
