@@ -39,8 +39,12 @@ pub struct Watch {
     interrupt: Interrupt,
     /// How fast it comes on.
     pace: Pace,
-    /// Seconds of all windows, if the rest of them takes as long for its steps as those before.
+    /// How many windows there are up to the last one that is searched.
+    pub windows: usize,
+    /// Seconds of all windows, if the rest of them takes as long as those before.
     whole: Option<f64>,
+    /// Whether it is the search of the window that is heard of, not that of the way ahead.
+    is_inside: bool,
     /// The page on which it can be watched, if there is one.
     pub live: Option<Live>,
     /// Whether the user has heard that the solve stops.
@@ -64,7 +68,9 @@ impl Watch {
         Watch {
             clock,
             pace: Pace::new(display.limit()),
+            windows: 0,
             whole: None,
+            is_inside: false,
             live: None,
             display,
             history: Vec::with_capacity(limit.min(ROWS)),
@@ -103,10 +109,21 @@ impl Watch {
         &mut self.window
     }
 
-    /// What follows is of window `number`, before which this part of the scene's steps is done; its iterations are counted on.
-    pub fn enter_window(&mut self, number: usize, part: f64) {
+    /// What follows is of window `number`; its iterations are counted on.
+    pub fn enter_window(&mut self, number: usize) {
         self.window = Some((number, self.history.len()));
-        self.whole = (part > 0.0).then(|| self.clock.seconds() / part);
+        self.is_inside = false;
+        self.whole = self.whole_of(self.clock.seconds(), number);
+    }
+
+    /// What follows is the search of that window.
+    pub fn search_window(&mut self) {
+        self.is_inside = true;
+    }
+
+    /// Seconds of all windows, if `number` of them took so many.
+    fn whole_of(&self, seconds: f64, number: usize) -> Option<f64> {
+        (number > 0).then(|| seconds * self.windows.max(number) as f64 / number as f64)
     }
 
     /// Records an outer iteration that is over.
@@ -138,10 +155,16 @@ impl Watch {
 
     /// Seconds that all searches still take, about, so many after the start; `None` where nothing tells yet.
     pub fn left(&self, seconds: f64) -> Option<f64> {
-        match (self.window, self.whole) {
-            (None, _) => self.pace.left(),
-            (Some(_), whole) => whole.map(|whole| (whole - seconds).max(0.0)),
-        }
+        let Some((number, _)) = self.window else {
+            return self.pace.left();
+        };
+        // Once its own end is foretold the window counts as those before.
+        let window = self.pace.left().filter(|_| self.is_inside);
+        let whole = match window {
+            Some(left) => self.whole_of(seconds + left, number + 1),
+            None => self.whole,
+        };
+        whole.map(|whole| (whole - seconds).max(0.0))
     }
 
     /// Whether the user has interrupted the solve; says so once.

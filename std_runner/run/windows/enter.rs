@@ -26,10 +26,7 @@ impl Walk<'_> {
         watch: &mut Watch,
         window: &Window,
     ) -> Result<Option<Entered<'m, T, S>>, Failure> {
-        // What comes after a release is not searched.
-        let problem = &self.job.planned.problem;
-        let steps = problem.release.unwrap_or(problem.steps);
-        watch.enter_window(self.number, window.start as f64 / steps as f64);
+        watch.enter_window(self.number);
         let (second, iteration) = (watch.clock.seconds(), watch.history.len());
         let look = Look {
             job: self.job,

@@ -16,7 +16,7 @@ use crate::destination::{Aside, Destination};
 use crate::exit::Failure;
 use crate::output::Sample;
 use crate::report;
-use crate::windows;
+use crate::windows::{self, Window};
 use core::mem::MaybeUninit;
 use thurible_core::{Exec, Real, Space, Status};
 use walk::Walk;
@@ -45,6 +45,9 @@ impl Job {
         let mut reading = self.request.found.as_ref().map(Reading::new).transpose()?;
         let mut walk = Walk::new(self, aside, exec, T::PRECISION)?;
         let mut watch = self.watch()?;
+        // What comes after a release is not searched.
+        let last = all.iter().rposition(Window::is_searched);
+        watch.windows = last.map_or(0, |last| last + 1);
         match &mut reading {
             Some(reading) => walk.go_on::<T, S>(block, reading, &mut watch)?,
             None => walk.masses = masses,

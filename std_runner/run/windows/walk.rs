@@ -118,6 +118,7 @@ impl<'a> Walk<'a> {
             return Ok(self.ended);
         };
         self.inside = Some(inside);
+        watch.search_window();
         let ended = self.iterate(&mut solver, watch, keeper, (&window, &problem));
         self.inside = None;
         self.nested += (watch.clock.nested - inside.second).max(0.0);
