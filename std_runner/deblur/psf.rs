@@ -128,11 +128,14 @@ impl Psf {
         if let Some(odd) = index
             .values
             .iter()
-            .find(|&&which| !(which >= 0.0 && (which as usize) < count))
+            .find(|&&which| !(which >= 0.0 && which.fract() == 0.0 && (which as usize) < count))
         {
             return Err(refuse(
                 text,
-                format!("`index` names the kernel {odd}; there are 0 to {}", count - 1),
+                format!(
+                    "`index` names the kernel {odd}; they are whole numbers from 0 to {}",
+                    count - 1
+                ),
             ));
         }
         let mut values = Vec::new();

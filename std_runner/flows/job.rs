@@ -163,6 +163,18 @@ impl Job<'_> {
         ));
     }
 
+    /// Says in how many steps the flow had not come to rest when it was to give way no longer.
+    fn unsettled(&self, history: &[StepRecord]) -> Option<String> {
+        let most = self.refinement.weighted?.iterations;
+        let steps = history.iter().filter(|step| step.iterations >= most).count();
+        (steps > 0).then(|| {
+            format!(
+                "in {steps} of {} steps the flow gave way for {most} iterations and had not come to rest: it is free of divergence all the same, but changed otherwise than asked for; take a smaller --alpha",
+                history.len()
+            )
+        })
+    }
+
     fn record<T: Real>(&self, status: Status, memory: (usize, usize), history: Vec<StepRecord>) -> Record {
         let priced = self.refinement.weighted.map(|how| how.smoothness);
         Record {
@@ -186,6 +198,7 @@ impl Job<'_> {
             seconds: self.clock.total(),
             planned_bytes: memory.0,
             used_bytes: memory.1,
+            remarks: self.unsettled(&history).into_iter().collect(),
             history,
             keyframes: [],
             command: run::command_line(),
@@ -196,6 +209,7 @@ impl Job<'_> {
 /// Says how it ended and where the result is; the exit code.
 fn ended(display: &Display, destination: &Destination, record: &Record) -> u8 {
     let shown = destination.shown();
+    record.remarks.iter().for_each(|remark| display.warning(remark));
     display.event(
         "result",
         json!({ "folder": shown, "steps": record.steps, "status": record.status.name() }),

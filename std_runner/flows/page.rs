@@ -44,6 +44,9 @@ pub(super) struct Record {
     pub seconds: f64,
     pub planned_bytes: usize,
     pub used_bytes: usize,
+    /// What the user should know of it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub remarks: Vec<String>,
     pub history: Vec<StepRecord>,
     /// None: other programs of the project look for them.
     pub keyframes: [(); 0],

@@ -23,6 +23,13 @@ pub(super) fn chosen(
     let default = Settings::default();
     let budget = Settings::automatic_budget(cells.iter().product(), cameras) as f64;
     let prior = word(document, "prior", raw.prior.as_deref(), default.prior)?;
+    if raw.volume == Some(false) && prior.on_images().is_none() {
+        let why = format!(
+            "is false, but the prior {} is on the volume; take image_tv or image_sad, or leave it out",
+            prior.name()
+        );
+        return Err(document.refuse("tomography.volume", why));
+    }
     let gamma = automatic(document, "gamma", raw.gamma.as_ref())?;
     let settings = Settings {
         method: word(document, "method", raw.method.as_deref(), default.method)?,

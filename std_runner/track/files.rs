@@ -3,6 +3,7 @@
 use super::scene::{CaptureScene, ENDS};
 use crate::exit::Failure;
 use crate::keyframes::{Frames, Series, ShapeError, ends_with, has_array, is_picture};
+use crate::report::ARCHIVE;
 use crate::scene::{Document, Numbered, files_of};
 use std::path::{Path, PathBuf};
 use thurible_core::{Boundary, Named};
@@ -47,7 +48,7 @@ pub(super) fn find(scene: &CaptureScene) -> Result<Found, Failure> {
     let document = &scene.document;
     let path = document.folder().join(&scene.files);
     let refuse = |error: ShapeError| refused(document, KEY, &error);
-    let result = path.join("result.npz");
+    let result = path.join(ARCHIVE);
     let archive = if path.is_dir() && result.is_file() {
         result
     } else {
@@ -62,7 +63,10 @@ pub(super) fn find(scene: &CaptureScene) -> Result<Found, Failure> {
         let of_result = if of_track { "truth_x" } else { "velocity_x" };
         let truth = has_array(&archive, of_result).then(|| archive.clone());
         let emission = has_array(&archive, "emission").then(|| archive.clone());
-        let known = known(&archive);
+        let mut known = known(&archive);
+        known
+            .remarks
+            .extend(unheard(scene, core::slice::from_ref(&archive)));
         return Ok(Found {
             frames,
             truth,
@@ -82,14 +86,43 @@ pub(super) fn find(scene: &CaptureScene) -> Result<Found, Failure> {
     let count = files.paths.len();
     let end = scene.last.map_or(count, |last| count.min(last + 1));
     refuse_disorder(document, &files, scene.first, end)?;
+    let remarks = unheard(scene, &files.paths);
     let frames =
         Frames::of_files(files.paths, scene.name.as_deref(), scene.ink.as_deref(), KEY).map_err(refuse)?;
     Ok(Found {
         frames,
         truth: None,
         emission: None,
-        known: Known::default(),
+        known: Known {
+            remarks,
+            ..Known::default()
+        },
     })
+}
+
+/// Says which keys are given that none of these files hears.
+fn unheard(scene: &CaptureScene, files: &[PathBuf]) -> Vec<String> {
+    let named = |path: &PathBuf| ends_with(path, "npz") || ends_with(path, "vdb");
+    let keys = [
+        (
+            "ink",
+            scene.ink.is_some(),
+            "pictures",
+            files.iter().any(|path| is_picture(path)),
+        ),
+        (
+            "name",
+            scene.name.is_some(),
+            "archives and volumes",
+            files.iter().any(named),
+        ),
+    ];
+    let passed_over = keys.into_iter().filter(|(_, given, _, heard)| *given && !heard);
+    passed_over
+        .map(|(key, _, of, _)| {
+            format!("`capture.{key}` is for {of} alone, and does nothing with these frames")
+        })
+        .collect()
 }
 
 /// Refuses a file that is one frame, whatever is in it.
@@ -165,14 +198,17 @@ fn in_folder(document: &Document, folder: &Path) -> Result<Numbered, Failure> {
             KEY,
             format!("names the folder {}, which holds no .npy, .npz, .vdb or pictures; name the folder of the frames", folder.display()),
         )),
-        _ => Err(document.refuse(
-            KEY,
-            format!(
-                "names the folder {}, which holds files of several kinds; say which by a pattern, as in \"{}/*.npy\"",
-                folder.display(),
-                folder.display()
-            ),
-        )),
+        (Some(paths), false) => {
+            let first = paths.first().and_then(|path| path.extension());
+            let ending = first.unwrap_or_default().to_string_lossy();
+            let shown = folder.display();
+            Err(document.refuse(
+                KEY,
+                format!(
+                    "names the folder {shown}, which holds files of several kinds; say which by a pattern, as in \"{shown}/*.{ending}\""
+                ),
+            ))
+        }
     }
 }
 
@@ -196,8 +232,10 @@ fn refuse_disorder(document: &Document, files: &Numbered, first: usize, end: usi
     }
 }
 
-/// The true velocities of a capture, component by component.
-pub(super) fn truth(scene: &CaptureScene, archive: &Path, axes: usize) -> Result<Vec<Series>, Failure> {
+/// The true velocities of a capture, component by component; of a result folder, those of its arrays.
+pub(super) fn truth(scene: &CaptureScene, given: &Path, axes: usize) -> Result<Vec<Series>, Failure> {
+    let inside = given.join(ARCHIVE);
+    let archive = if given.is_dir() { &inside } else { given };
     let own = if has_array(archive, "truth_x") {
         "truth"
     } else {

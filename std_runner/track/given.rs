@@ -116,7 +116,12 @@ impl Given {
                 .read(index)
                 .map_err(|error| refused(&scene.document, KEY, &error))?;
             if self.cells.is_empty() {
-                if !(2..=3).contains(&frame.cells.len()) || frame.values.is_empty() {
+                if frame.values.is_empty() {
+                    let found = format!("has frames of {} cells", size_in_words(&frame.cells));
+                    let remedy = "a frame has a cell along each axis at least; save it again";
+                    return Err(refuse(&self.frames, index, &found, remedy));
+                }
+                if !(2..=3).contains(&frame.cells.len()) {
                     let found = format!("has frames of {} axes", frame.cells.len());
                     let remedy =
                         "a frame has the axes [y, x] or [z, y, x], after time where one array holds all";
@@ -144,6 +149,12 @@ impl Given {
             if let Some(at) = frame.values.iter().position(|value| !value.is_finite()) {
                 let found = format!("holds {} at {}", frame.values[at], place(at, &shape));
                 return Err(refuse(&self.frames, index, &found, "every value must be finite"));
+            }
+            let too_large = |value: &f64| value.abs() > f64::from(f32::MAX);
+            if let Some(at) = frame.values.iter().position(too_large) {
+                let found = format!("holds {:e} at {}", frame.values[at], place(at, &shape));
+                let remedy = "numbers up to 3.4e38 can be tracked: give densities in another unit";
+                return Err(refuse(&self.frames, index, &found, remedy));
             }
             if let Some(found) = Undershoot::of(&frame.values) {
                 if !found.is_small() {

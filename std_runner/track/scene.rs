@@ -80,6 +80,9 @@ const OF_ONE_METHOD: [(&str, Minimiser); 4] = [
     ("tolerance", Minimiser::Admm),
 ];
 
+/// Those that only a prediction from the pair before hears.
+const OF_PREDICTION: [&str; 3] = ["predict", "buoyancy", "initial_velocity"];
+
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawFile {
@@ -171,9 +174,10 @@ impl CaptureScene {
     pub fn unheard(&self) -> Vec<String> {
         let given = self.document.table().get("track").and_then(Value::as_table);
         let chosen = self.params.flow.minimiser;
+        let has = |key: &str| given.is_some_and(|given| given.contains_key(key));
         let others = OF_ONE_METHOD
             .iter()
-            .filter(|(key, method)| *method != chosen && given.is_some_and(|given| given.contains_key(*key)));
+            .filter(|(key, method)| *method != chosen && has(key));
         let said = |(key, method): &(&str, Minimiser)| {
             format!(
                 "`track.{key}` is for {} alone, and does nothing with {}",
@@ -181,7 +185,13 @@ impl CaptureScene {
                 chosen.name()
             )
         };
-        others.map(said).collect()
+        let alone = OF_PREDICTION
+            .iter()
+            .filter(|key| self.params.independent && has(key));
+        let alone = alone.map(|key| {
+            format!("`track.{key}` is for flows that are predicted, and does nothing where every pair is on its own (`track.independent`)")
+        });
+        others.map(said).chain(alone).collect()
     }
 
     /// How each of `axes` axes ends, `otherwise` where the file says nothing.

@@ -197,6 +197,17 @@ fn kernels_that_are_none_or_too_many_are_refused() {
         assert!(ended.err.contains(words), "{shape:?}: {}", ended.err);
         assert!(ended.err.contains("field.npz"), "{}", ended.err);
     }
+    let half = ("index", npy(&[24, 32], &[0.5; 24 * 32]));
+    write(&field, &[("kernels", npy(&[2, 1, 1], &[1.0; 2])), half]);
+    let ended = deblur(&folder, "blurred.npy", "no", &["--psf", text(&field)]);
+    assert!(
+        ended.code == 2
+            && ended
+                .err
+                .contains("names the kernel 0.5; they are whole numbers from 0 to 1"),
+        "{}",
+        ended.err
+    );
 }
 
 /// An array of 24 x 32 whole numbers.

@@ -468,7 +468,13 @@ fn a_smooth_change_is_one_with_less_vorticity() {
     let rough = remapped("rough", &[]);
     let smooth = remapped("smooth", &["--alpha", "1"]);
     let plain = remapped("plain", &["--alpha", "1", "--plain"]);
+    let stiff = report(&remapped("stiff", &["--alpha", "30"]));
+    let ended = |step: &Value| step["iterations"] == 100;
+    assert!(stiff["history"].as_array().unwrap().iter().any(ended));
+    let remarks = stiff["remarks"].to_string();
+    assert!(remarks.contains("had not come to rest"), "{remarks}");
     let said = report(&smooth);
+    assert!(said.get("remarks").is_none(), "{}", said["remarks"]);
     assert_eq!(said["smoothness"], 1.0);
     let history = said["history"].as_array().unwrap();
     let iterations = |step: &Value| step["iterations"].as_u64().unwrap_or(0);

@@ -676,6 +676,14 @@ fn novel_views_are_reconstructed() {
             &on_images,
             &["tomography.prior", "there is no novel view; add a [[novel]]"],
         );
+        let sad = [
+            "--set",
+            "tomography.prior=sad",
+            "--set",
+            "tomography.volume=false",
+        ];
+        let words = ["`tomography.volume` is false", "the prior sad is on the volume"];
+        refused(&written, &sad, &words);
         let bare = "kind = \"orthographic\"\nazimuth = 40.0\npitch = 0.05\n";
         let novel = |more: &str| format!("{written}\n[[novel]]\n{bare}{more}\n");
         refused(&novel(""), &[], &["novel[0]", "neither pictures nor a size"]);

@@ -721,3 +721,78 @@ fn a_result_is_written_over_when_asked() {
         assert_eq!(ended.code, 0, "{}", ended.err);
     }
 }
+
+/// Keys that no frame and no pair hears are told of, and the truth may be a result folder.
+#[test]
+fn keys_that_nothing_hears_are_told_of() {
+    let frames = files("track_unheard", &[0, 1, 2]);
+    let [out, truth] = ["out", "truth"].map(|name| frames.with_file_name(name));
+    fs::create_dir_all(&truth).unwrap();
+    let rests = [
+        ("velocity_x", npz::npy(&[2, 12, 17], &[0.0; 2 * 12 * 17])),
+        ("velocity_y", npz::npy(&[2, 13, 16], &[0.0; 2 * 13 * 16])),
+    ];
+    npz::write(&truth.join("result.npz"), &rests);
+    let more = ["--method", "horn_schunck", "--truth", truth.to_str().unwrap()];
+    let sets = [
+        "--set",
+        "capture.ink=dark",
+        "--set",
+        "capture.name=density",
+        "--set",
+        "track.predict=bfecc",
+    ];
+    let ended = track(&frames, &out, &[&more[..], &sets].concat());
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    for words in [
+        "`capture.ink` is for pictures alone",
+        "`capture.name` is for archives and volumes alone",
+        "`track.predict` is for flows that are predicted",
+    ] {
+        assert!(ended.err.contains(words), "{}", ended.err);
+    }
+    assert!(report(&out)["history"][0]["velocity_rms_error"].as_f64().unwrap() > 0.0);
+    let heard = ["--set", "track.predict=bfecc"];
+    let ended = track(&frames, &out, &heard);
+    assert!(
+        ended.code == 0 && !ended.err.contains("does nothing"),
+        "{}",
+        ended.err
+    );
+}
+
+#[test]
+fn frames_of_nothing_and_of_too_much_say_so() {
+    let frames = files("track_odd_values", &[0, 1]);
+    let out = frames.with_file_name("out");
+    let mut huge: Vec<f64> = blob(1).into_iter().map(f64::from).collect();
+    huge[17] = 1e300;
+    fs::write(frames.join("smoke_1.npy"), npz::npy(&[12, 16], &huge)).unwrap();
+    let ended = track(&frames, &out, &[]);
+    assert_eq!(ended.code, 2, "{}", ended.err);
+    assert!(
+        ended.err.contains("holds 1e300 at") && ended.err.contains("in another unit"),
+        "{}",
+        ended.err
+    );
+    for number in 0..2 {
+        npy(&frames.join(format!("smoke_{number}.npy")), &[0, 16], &[]);
+    }
+    let ended = track(&frames, &out, &[]);
+    assert_eq!(ended.code, 2, "{}", ended.err);
+    assert!(
+        ended.err.contains("has frames of 16 x 0 cells") && ended.err.contains("a cell along each axis"),
+        "{}",
+        ended.err
+    );
+    fs::write(frames.join("beside.png"), "no picture").unwrap();
+    let ended = track(&frames, &out, &[]);
+    assert!(
+        ended.code == 2
+            && ended
+                .err
+                .contains("files of several kinds; say which by a pattern"),
+        "{}",
+        ended.err
+    );
+}
