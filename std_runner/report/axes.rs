@@ -9,6 +9,11 @@ pub(super) const RIGHT: f64 = 14.0;
 pub(super) const TOP: f64 = 12.0;
 pub(super) const BOTTOM: f64 = 46.0;
 
+/// Labels of whole numbers fit beside each other as long as they are no more; and those of large ones.
+const MOST_MARKS: (f64, f64) = (9.0, 5.0);
+/// From where on a number is large.
+const LARGE: f64 = 1e5;
+
 /// What the horizontal axis counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
@@ -158,15 +163,15 @@ fn evenly(low: f64, high: f64) -> Vec<f64> {
 }
 
 fn whole_numbers((low, high): (f64, f64)) -> Vec<f64> {
-    let step = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000]
-        .into_iter()
-        .find(|&step| (high - low) / f64::from(step) <= 9.0)
-        .unwrap_or(5000);
-    let first = (low / f64::from(step)).ceil() as i64;
+    // 1, 2 or 5 times a power of ten apart, so that labels have room.
+    let steps = (0..15).flat_map(|power| [1.0, 2.0, 5.0].map(|digit| digit * 10_f64.powi(power)));
+    let most = if high >= LARGE { MOST_MARKS.1 } else { MOST_MARKS.0 };
+    let step = { steps }.find(|step| (high - low) / step <= most);
+    let step = step.unwrap_or(high - low);
+    let first = (low / step).ceil() as i64;
     (first..)
-        .map(|index| index as f64 * f64::from(step))
+        .map(|index| index as f64 * step)
         .take_while(|&value| value <= high)
-        .take(50)
         .collect()
 }
 
