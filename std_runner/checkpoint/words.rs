@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_written_is_read_and_nothing_shorter() {
+    fn what_was_written_is_read_and_nothing_shorter_or_longer() {
         let mut written = (
             f64::from_bits(0x7FF8_0000_0000_1234),
             7,
@@ -235,11 +235,48 @@ mod tests {
                 "{length}"
             );
         }
+        let longer = [words.bytes(), &[0; 8]].concat();
+        assert_eq!(pass(&mut Words::read(longer), &mut fresh()), Err(Damaged));
         for place in 0..words.bytes().len() {
             let mut other = words.bytes().to_vec();
             other[place] ^= 0xFF;
             // It may read something else, but in order.
             let _ = pass(&mut Words::read(other), &mut fresh());
         }
+    }
+
+    /// Each of few names is kept once, however often it stands there; of many the state is damaged.
+    #[test]
+    fn few_names_are_kept() {
+        let written = |names: &[&'static str]| {
+            let mut words = Words::default();
+            names
+                .iter()
+                .copied()
+                .try_for_each(|mut name| words.name(&mut name))
+                .unwrap();
+            words.bytes().to_vec()
+        };
+        let read = |bytes: Vec<u8>, count: usize| {
+            let mut words = Words::read(bytes);
+            let names: Result<Vec<&'static str>, Damaged> = (0..count)
+                .map(|_| {
+                    let mut name = "";
+                    words.name(&mut name).map(|()| name)
+                })
+                .collect();
+            names
+        };
+        let often = ["ao", "nso"].repeat(NAMES);
+        let names = read(written(&often), often.len()).unwrap();
+        assert_eq!(names, often);
+        assert!(names.iter().step_by(2).all(|name| core::ptr::eq(*name, names[0])));
+        let many: Vec<&'static str> = (0..=NAMES).map(|number| &*number.to_string().leak()).collect();
+        assert_eq!(read(written(&many[..NAMES]), NAMES).unwrap(), many[..NAMES]);
+        assert_eq!(read(written(&many), many.len()), Err(Damaged));
+        let long: &'static str = "x".repeat(NAME).leak();
+        assert_eq!(read(written(&[long]), 1).unwrap(), [long]);
+        let longer: &'static str = "x".repeat(NAME + 1).leak();
+        assert_eq!(Words::default().name(&mut { longer }), Err(Damaged));
     }
 }
