@@ -245,6 +245,16 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_list_may_be_all_that_is_left() {
+        let mut words = Words::default();
+        words.reals(&mut vec![1.0, 2.0]).unwrap();
+        let mut read = Vec::new();
+        let mut again = Words::read(words.bytes().to_vec());
+        again.reals(&mut read).and_then(|()| again.end()).unwrap();
+        assert_eq!(read, [1.0, 2.0]);
+    }
+
     /// Each of few names is kept once, however often it stands there; of many the state is damaged.
     #[test]
     fn few_names_are_kept() {

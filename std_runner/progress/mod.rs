@@ -162,7 +162,11 @@ impl Watch {
         let window = self.pace.left().filter(|_| self.is_inside);
         let whole = match window {
             Some(left) => self.whole_of(seconds + left, number + 1),
-            None => self.whole,
+            // Those after it take as long as those before, however long it takes itself.
+            None => self.whole.map(|whole| {
+                let after = self.windows.saturating_sub(number + 1) as f64;
+                whole.max(seconds + after / self.windows.max(1) as f64 * whole)
+            }),
         };
         whole.map(|whole| (whole - seconds).max(0.0))
     }
