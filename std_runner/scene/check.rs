@@ -48,7 +48,7 @@ impl Document {
         }
     }
 
-    /// The step of a keyframe, among those that are allowed.
+    /// The step of a keyframe, or of one of a sequence, among those that are allowed.
     pub(super) fn step_of_keyframe(
         &self,
         key: &str,

@@ -3,7 +3,7 @@
 use super::check::shown;
 use super::document::Document;
 use super::model::{Emission, Grid, Scene, Time};
-use super::sequence::{Sequence, Single};
+use super::sequence::Sequence;
 use super::shapes;
 use crate::exit::Failure;
 use crate::keyframes::{DENSEST, ShapeSpec};
@@ -49,12 +49,8 @@ fn emitter(
         ]
         .concat(),
     )?;
-    let single = Single {
-        keys: &["from", "to"],
-        allowed: &(0..=steps - 1),
-        step: |document, key, found, allowed| document.whole_value(key, found, allowed.clone()),
-    };
-    let sequence = Sequence::taken(document, &key, &mut table, &single)?;
+    let begins = (&["from", "to"][..], &(0..=steps - 1));
+    let sequence = Sequence::taken(document, &key, &mut table, begins)?;
     let at = |name: &str| format!("{key}.{name}");
     let mut step = |name: &str, otherwise: usize, allowed| match table.remove(name) {
         None => Ok(otherwise),
@@ -71,7 +67,7 @@ fn emitter(
     let velocity = velocity(document, &key, table.remove("velocity"), (grid, time))?;
     let shapes = match &sequence {
         None => vec![(from, shapes::shape(document, &key, table)?)],
-        Some(sequence) => sequence.shapes(document, &key, table, [steps - 1, steps])?,
+        Some(sequence) => sequence.shapes(document, &key, table, steps)?,
     };
     let ends = |begins: usize| match &sequence {
         None => to,

@@ -14,23 +14,19 @@ pub(super) struct Sequence {
     from: usize,
     /// How many steps apart its shapes are.
     pub every: usize,
+    /// The last step that one may stand at.
+    last: usize,
     files: Option<Value>,
 }
 
-/// What a table has in the place of a sequence, the steps that the first shape of a sequence may stand at, and how such a step is checked.
-pub(super) struct Single<'a> {
-    pub keys: &'a [&'a str],
-    pub allowed: &'a RangeInclusive<usize>,
-    pub step: fn(&Document, &str, &Value, &RangeInclusive<usize>) -> Result<usize, Failure>,
-}
-
 impl Sequence {
-    /// Takes `steps` and `files` out of the table at `key`, if they are there.
+    /// Takes `steps` and `files` out of the table at `key`, if they are there; `single` are the keys of a shape without a sequence, and `allowed` the
+    /// steps that one may stand at.
     pub fn taken(
         document: &Document,
         key: &str,
         table: &mut Table,
-        single: &Single<'_>,
+        (single, allowed): (&[&str], &RangeInclusive<usize>),
     ) -> Result<Option<Self>, Failure> {
         let at = format!("{key}.steps");
         let Some(found) = table.remove("steps") else {
@@ -40,7 +36,7 @@ impl Sequence {
                 .map(|_| document.required(&at, None, remedy));
             return needed.unwrap_or(Ok(None));
         };
-        if let Some(beside) = single.keys.iter().find(|beside| table.contains_key(**beside)) {
+        if let Some(beside) = single.iter().find(|beside| table.contains_key(**beside)) {
             let why = format!(
                 "stands beside `{beside}`; a sequence of shapes has its own steps: take one of them out"
             );
@@ -54,7 +50,7 @@ impl Sequence {
             let why = "stands beside `files`, which names the files of the sequence; take one of them out";
             return Err(document.refuse(&format!("{key}.{one}"), why));
         }
-        Self::read(document, &at, found, files, single).map(Some)
+        Self::read(document, &at, found, files, allowed).map(Some)
     }
 
     /// What stands at `key`, the `steps` of a table.
@@ -63,7 +59,7 @@ impl Sequence {
         key: &str,
         found: Value,
         files: Option<Value>,
-        single: &Single<'_>,
+        allowed: &RangeInclusive<usize>,
     ) -> Result<Self, Failure> {
         let Value::Table(mut table) = found else {
             let wanted = "a table, as in { from = 10, every = 5 },";
@@ -79,20 +75,21 @@ impl Sequence {
         };
         let ((from_key, from), (every_key, every)) = (found("from")?, found("every")?);
         Ok(Self {
-            from: (single.step)(document, &from_key, &from, single.allowed)?,
-            every: document.whole_value(&every_key, &every, 1..=*single.allowed.end())?,
+            from: document.step_of_keyframe(&from_key, &from, allowed)?,
+            every: document.whole_value(&every_key, &every, 1..=*allowed.end())?,
+            last: *allowed.end(),
             files,
         })
     }
 
     /// Step and shape of every one of the sequence that the table at `key` names by `files`, or by `file` with a leading axis. `table` is what is
-    /// left of it, the keys of a shape; none may stand after step `last`, of all `steps`.
+    /// left of it, the keys of a shape, and the scene has so many `steps`.
     pub fn shapes(
         &self,
         document: &Document,
         key: &str,
         table: Table,
-        [last, steps]: [usize; 2],
+        steps: usize,
     ) -> Result<Vec<(usize, ShapeSpec)>, Failure> {
         let shape = &read(document, key, Value::Table(table))?;
         let shapes = match &self.files {
@@ -105,20 +102,21 @@ impl Sequence {
                 let count = of_array(document, key, shape)?;
                 // A density for every frame of the scene: those at the steps are taken.
                 if count == steps + 1 {
-                    let taken = (self.from..=last).step_by(self.every);
+                    let taken = (self.from..=self.last).step_by(self.every);
                     return Ok(taken.map(|step| (step, shape.of_step(step))).collect());
                 }
-                self.check(document, key, count, last)?;
+                self.check(document, key, count)?;
                 (0..count).map(|step| shape.of_step(step)).collect()
             }
         };
-        self.check(document, key, shapes.len(), last)?;
+        self.check(document, key, shapes.len())?;
         let at = |(index, shape)| (self.from + index * self.every, shape);
         Ok(shapes.into_iter().enumerate().map(at).collect())
     }
 
-    /// Refuses a sequence of `count` shapes that goes on after step `most`.
-    fn check(&self, document: &Document, key: &str, count: usize, most: usize) -> Result<(), Failure> {
+    /// Refuses a sequence of `count` shapes that goes on after the last step that one may stand at.
+    fn check(&self, document: &Document, key: &str, count: usize) -> Result<(), Failure> {
+        let most = self.last;
         let between = count.saturating_sub(1);
         let last = self.from.saturating_add(between.saturating_mul(self.every));
         if last <= most {

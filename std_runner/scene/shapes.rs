@@ -6,7 +6,7 @@ use crate::scene::check::shown;
 use crate::scene::document::Document;
 use crate::scene::model::{Emission, Keyframe};
 use crate::scene::raw::read;
-use crate::scene::sequence::{Sequence, Single};
+use crate::scene::sequence::Sequence;
 use core::ops::RangeInclusive;
 use toml::{Table, Value};
 
@@ -56,12 +56,7 @@ fn keyframe(
         &[&["step", "steps", "files", "hold", "region"], ShapeSpec::KEYS].concat(),
     )?;
     let at = format!("{key}.step");
-    let single = Single {
-        keys: &["step"],
-        allowed,
-        step: Document::step_of_keyframe,
-    };
-    let sequence = Sequence::taken(document, &key, &mut table, &single)?;
+    let sequence = Sequence::taken(document, &key, &mut table, (&["step"], allowed))?;
     let remedy = "write the step it stands at, as in step = 40";
     let step = match sequence {
         Some(_) => 0,
@@ -83,7 +78,7 @@ fn keyframe(
     let region = part(document, &format!("{key}.region"), table.remove("region"))?;
     let shapes = match sequence {
         None => vec![(step, shape(document, &key, table)?)],
-        Some(sequence) => sequence.shapes(document, &key, table, [steps, steps])?,
+        Some(sequence) => sequence.shapes(document, &key, table, steps)?,
     };
     let keyframe = |(step, shape)| {
         let hold = match &held {
