@@ -30,12 +30,13 @@ impl Origin {
     }
 
     /// Hands the density and the velocity of the step to `solver`; what little of the density is negative becomes 0.
-    /// Emitters are the scene's, all or those `among` them, and their steps count from there.
+    /// Emitters are the scene's, all or those `among` them, and their steps count from there. Velocities are taken `scale` times.
     pub fn begin<T: Real, S: Space>(
         &self,
         scene: &Scene,
         solver: &mut Solver<'_, T, S>,
         among: Option<&[usize]>,
+        scale: f64,
     ) -> Result<Inputs, Failure> {
         set_obstacles(scene, solver, &mut Vec::new())?;
         let mut earlier = self.open(scene)?;
@@ -56,7 +57,8 @@ impl Origin {
         set_emitters(scene, solver, among, &mut None, &mut inputs.notes)?;
         for axis in 0..S::DIM {
             let faces = earlier.velocity(step, axis);
-            let faces = faces.map_err(|error| self.unread(&error))?;
+            let mut faces = faces.map_err(|error| self.unread(&error))?;
+            faces.iter_mut().for_each(|face| *face *= scale);
             solver
                 .set_initial_velocity(axis, &narrowed(faces))
                 .map_err(|error| self.unusable(&error))?;
@@ -100,15 +102,13 @@ impl Origin {
         Ok(())
     }
 
-    /// The grid of the flow, where it has other cells than the scene; a report that is not there leaves length and step as the scene's.
+    /// The grid of the flow, where it has other cells than the scene, or a cell a step is another velocity there.
     fn elsewhere(&self, scene: &Scene, earlier: &Earlier) -> Option<Elsewhere> {
-        let canvas = scene.canvas();
         let cells = earlier.canvas();
-        if cells.cells == canvas.cells {
+        if cells.cells == scene.canvas().cells && self.by_step(scene) == 1.0 {
             return None;
         }
-        let said = Said::of(&self.folder).ok();
-        let [length, dt] = said.map_or([canvas.length, scene.time.dt], |said| [said.length, said.dt]);
+        let [length, dt] = self.units(scene);
         let size = Canvas {
             length,
             ..cells.clone()
@@ -118,6 +118,18 @@ impl Origin {
             cells: cells.cells_3d(),
             unit: size / dt,
         })
+    }
+
+    /// How many times its velocities flow through as much of the scene's box in a step as through its own.
+    pub fn by_step(&self, scene: &Scene) -> f64 {
+        let [length, dt] = self.units(scene);
+        (scene.canvas().length / length) * (dt / scene.time.dt)
+    }
+
+    /// Its length and time step, the scene's where no report says them.
+    fn units(&self, scene: &Scene) -> [f64; 2] {
+        let own = [scene.canvas().length, scene.time.dt];
+        Said::of(&self.folder).map_or(own, |said| [said.length, said.dt])
     }
 
     /// How far the densities of `solver` are from those after the step, as far as there are any.

@@ -216,11 +216,14 @@ impl Job {
         masses: Option<&[f64]>,
     ) -> Result<Inputs, Failure> {
         let scene = &self.request.scene;
+        // Where a flow is guided it begins with the reference's, which is taken step by step.
+        let reference = self.request.reference.as_ref();
+        let scale = reference.map_or(1.0, |reference| reference.by_step(scene));
         let inputs = match &self.request.from {
-            Some(from) => from.begin(scene, solver, None)?,
+            Some(from) => from.begin(scene, solver, None, scale)?,
             None => set_inputs(scene, solver, masses)?,
         };
-        if let Some(reference) = &self.request.reference {
+        if let Some(reference) = reference {
             reference.guide(scene, solver)?;
         }
         Ok(inputs)

@@ -164,6 +164,12 @@ fn a_guided_flow_follows_its_reference() {
     let late = guided("late", &["--at", "5", "--from-reference", "--steps", "6"]);
     assert_eq!(frames(&late)[0].1, 6);
     assert!(last(&late) < 0.01, "{}", last(&late));
+    // A reference is taken step by step, whatever units the scene has.
+    let from_there = ["--at", "5", "--from-reference", "--steps", "6"];
+    let units = ["--set", "grid.length=3", "--set", "time.dt=0.25"];
+    let same = guided("same", &[&from_there, &weightless[..]].concat());
+    let other = guided("units", &[&from_there, &weightless[..], &units].concat());
+    assert!((last(&other) - last(&same)).abs() < 1e-5);
 }
 
 /// An array of a result: its shape and its values.

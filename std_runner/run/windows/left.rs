@@ -143,7 +143,7 @@ impl Left {
         let among = Some(window.emitters.as_slice());
         if !self.is_there() {
             if let Some(from) = from {
-                notes.extend(from.begin(scene, solver, among)?.notes);
+                notes.extend(from.begin(scene, solver, among, 1.0)?.notes);
                 return Ok(());
             }
             set_obstacles(scene, solver, notes)?;
