@@ -232,6 +232,20 @@ fn smoke_is_carried_again_by_its_flow() {
     assert_eq!(array(&finer, "velocity_y").0, [8, 64, 48]);
     let less = again("less", &["--scale", "2", "--at", "9"]);
     assert_eq!(said["planned_bytes"], report(&less)["planned_bytes"]);
+    // The last step alone, and what has no other.
+    let last = again("last", &["--at", "11"]);
+    assert_eq!(array(&last, "density").0, [2, 32, 24]);
+    let out = result.with_file_name("last_finer");
+    well(&[
+        "upsample",
+        text(&last),
+        "--factor",
+        "2",
+        "--quiet",
+        "-o",
+        text(&out),
+    ]);
+    assert_eq!(array(&out, "velocity_x").0, [1, 64, 49]);
     // What follows can be taken further too.
     well(&[
         "readvect",

@@ -162,6 +162,8 @@ impl<'m, T: Real> Refined<'m, T> {
 /// What is left of a problem that nobody steers.
 fn free<'a>(problem: &Problem<'a>) -> Problem<'a> {
     Problem {
+        // Where nobody steers a single step will do, and takes what two do.
+        steps: if problem.steps == 1 { 2 } else { problem.steps },
         keyframes: &[],
         keyframe_weights: &[],
         keyframe_regions: false,
