@@ -99,7 +99,10 @@ fn facts(record: &TrackRecord) -> Table {
         ),
         (
             "angle to the true flow, degrees, mean",
-            mean(history, |pair| pair.angular_error),
+            // Without the pairs whose truth rests.
+            mean(history, |pair| {
+                pair.velocity_relative_error.and(pair.angular_error)
+            }),
         ),
         (
             "re-advected density, error at the end",
