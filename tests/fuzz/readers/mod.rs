@@ -34,12 +34,8 @@ pub const READERS: &[Reader] = &[
     Reader::of("scene", "a.toml", texts::scenes, shapes::scene).text(),
     Reader::of("set", "a.txt", texts::assignments, shapes::assignment).text(),
     Reader::of("pattern", "a.txt", texts::patterns, shapes::pattern).text(),
-    Reader::of("arguments", "a.txt", texts::arguments, commands::arguments)
-        .text()
-        .dear(2),
-    Reader::of("vary", "a.txt", texts::varied, commands::varied)
-        .text()
-        .dear(4),
+    Reader::of("arguments", "a.txt", texts::arguments, commands::arguments).text(),
+    Reader::of("vary", "a.txt", texts::varied, commands::varied).text(),
     Reader::of("npy", "a.npy", arrays::arrays, shapes::array),
     Reader::of("npz", "a.npz", arrays::archives, shapes::archive).mended(mend::zip),
     Reader::of("velocity", "v.npz", arrays::archives, shapes::velocity).mended(mend::zip),
@@ -49,10 +45,8 @@ pub const READERS: &[Reader] = &[
     Reader::of("tiff", "a.tif", pictures::tiffs, shapes::tiff),
     Reader::of("webp", "a.webp", pictures::webps, shapes::webp),
     Reader::of("exr", "a.exr", pictures::exrs, shapes::exr),
-    Reader::of("svg", "a.svg", texts::drawings, shapes::svg)
-        .text()
-        .dear(8),
-    Reader::of("font", "a.ttf", pictures::fonts, shapes::font).dear(4),
+    Reader::of("svg", "a.svg", texts::drawings, shapes::svg).text(),
+    Reader::of("font", "a.ttf", pictures::fonts, shapes::font),
     Reader::of("obj", "a.obj", bodies::objs, shapes::obj).text(),
     Reader::of("stl", "a.stl", bodies::stls, shapes::stl),
     Reader::of("ply", "a.ply", bodies::plys, shapes::ply),
@@ -61,9 +55,7 @@ pub const READERS: &[Reader] = &[
     Reader::of("vdb", "a.vdb", bodies::volumes, shapes::volume),
     // A frame is an array of its own size, whatever its file takes, and is to be refused where the machine does not give as much.
     Reader::of("vdb_frames", "v.vdb", bodies::volumes, shapes::volumes).given(32 << 20),
-    Reader::of("condense", "c.toml", texts::condensed, commands::condensed)
-        .text()
-        .dear(4),
+    Reader::of("condense", "c.toml", texts::condensed, commands::condensed).text(),
     Reader::of(
         "condense_obj",
         "m.obj",
@@ -75,13 +67,9 @@ pub const READERS: &[Reader] = &[
     Reader::of("views", "views.toml", texts::views, commands::views).text(),
     Reader::of("capture", "k.toml", texts::captures, commands::capture).text(),
     Reader::of("psf", "a.txt", texts::blurs, commands::blur).text(),
-    Reader::of("report", "done/report.json", kept::reports, commands::report)
-        .text()
-        .dear(4),
+    Reader::of("report", "done/report.json", kept::reports, commands::report).text(),
     Reader::of("saved", "a.saved", kept::saved, states::saved).mended(mend::saved),
-    Reader::of("state", "known/state.0", kept::checkpoints, states::state)
-        .mended(mend::state)
-        .dear(4),
+    Reader::of("state", "known/state.0", kept::checkpoints, states::state).mended(mend::state),
     Reader::of(
         "checkpoint",
         "states/state.0",
