@@ -16,19 +16,23 @@ pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), OutputError> 
     write_whole(path, |file| file.write_all(bytes).map_err(OutputError::of(path)))
 }
 
-/// Lets `fill` write a file under a temporary name, and renames it when all of it is there.
+/// Lets `fill` write a file under a temporary name, and renames it when all of it is there. A device or a pipe takes it as it comes: a file
+/// would stand in its place.
 pub(crate) fn write_whole(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<File>) -> Result<(), OutputError>,
 ) -> Result<(), OutputError> {
+    let write = |file: File| {
+        let mut file = BufWriter::new(file);
+        fill(&mut file)?;
+        file.flush().map_err(OutputError::of(path))
+    };
+    if fs::metadata(path).is_ok_and(|there| !there.is_file() && !there.is_dir()) {
+        let opened = OpenOptions::new().write(true).open(path);
+        return opened.map_err(OutputError::of(path)).and_then(write);
+    }
     let part = temporary(path);
-    let filled = File::create(&part)
-        .map_err(OutputError::of(path))
-        .and_then(|file| {
-            let mut file = BufWriter::new(file);
-            fill(&mut file)?;
-            file.flush().map_err(OutputError::of(path))
-        });
+    let filled = File::create(&part).map_err(OutputError::of(path)).and_then(write);
     let renamed = filled.and_then(|()| fs::rename(&part, path).map_err(OutputError::of(path)));
     if renamed.is_err() {
         // What is left is of no use, and the first error says more than a second one would.
@@ -62,4 +66,22 @@ fn temporary(path: &Path) -> PathBuf {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".part");
     path.with_file_name(name)
+}
+
+#[cfg(all(test, unix))]
+#[expect(clippy::unwrap_used, reason = "a test")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_device_stays_where_it_is() {
+        let folder = std::env::temp_dir().join(format!("thurible-device-{}", std::process::id()));
+        create_folder(&folder).unwrap();
+        let device = folder.join("null");
+        std::os::unix::fs::symlink("/dev/null", &device).unwrap();
+        write_bytes(&device, b"nothing stays of it").unwrap();
+        assert!(device.is_symlink() && !device.is_file());
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+        fs::remove_dir_all(&folder).unwrap();
+    }
 }
