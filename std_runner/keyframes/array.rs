@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::ending::ends_with;
 use super::error::Fault;
 use super::header::drop_ones;
 use super::note::Note;
@@ -29,6 +30,12 @@ pub fn steps_of_array(shape: &ShapeSpec, base: &Path) -> Result<usize, ShapeErro
         ));
     };
     let path = base.join(path);
+    if ends_with(&path, "vdb") {
+        let remedy = "write files = \"smoke_*.vdb\", or leave `steps` out";
+        return Err(
+            Fault::content("is one volume, and `steps` asks for a sequence", remedy).of("file", &path),
+        );
+    }
     npz::steps(&path, shape.name.as_deref()).map_err(|fault| fault.of("file", &path))
 }
 

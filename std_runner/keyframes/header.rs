@@ -16,10 +16,16 @@ fn steps(header: &mut Header) -> Result<usize, Fault> {
     } else {
         header.shape.remove(0)
     };
-    if steps == 0 || header.columns_first {
+    if steps == 0 {
         return Err(Fault::content(
-            "has an array without steps, or with its axes reversed",
+            "has an array without steps",
             "give an array whose first axis is time, as results of thurible have it",
+        ));
+    }
+    if header.columns_first {
+        return Err(Fault::content(
+            "has an array in Fortran order, whose steps do not lie one after the other",
+            "save numpy.ascontiguousarray of it",
         ));
     }
     Ok(steps)

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::check::FAINTEST;
 use super::ending::ends_with;
+use super::error::Fault;
 use super::mesh::{Edge, Placed};
 use super::npy::Entry;
 use super::solid::{Solid, soft};
@@ -62,13 +63,24 @@ impl ShapeSpec {
         let largest = cells.iter().copied().fold(0.0, f64::max);
         if largest < FAINTEST {
             let remedy = match name {
+                "image" if self.depth.is_some() && edge == Edge::Cut => {
+                    "give it a `depth` of a cell or more, or draw something into it; `ink` says what is smoke"
+                }
                 "image" => "draw something into it that is smoke; `ink` says what is",
                 "mesh" => {
                     "move it into the box, which begins at 0 along each axis and has z up: with up = \"y\" the file's (x, y, z) is at (x, -z, y) there; without `fit` it is made to fit"
                 }
                 _ => "move it into the box or make it larger",
             };
-            return Err(ShapeError::key(name, "puts nothing into the box", remedy));
+            let found = match self.step {
+                Some(step) => format!("puts nothing into the box by its entry {step}"),
+                None => "puts nothing into the box".into(),
+            };
+            let file = self.image.as_ref().or(self.mesh.as_ref()).or(self.file.as_ref());
+            return Err(match file {
+                Some(path) => Fault::content(found, remedy).of(name, &place.1.join(path)),
+                None => ShapeError::key(name, found, remedy),
+            });
         }
         cells.iter_mut().for_each(|cell| *cell *= density);
         Ok(cells)
@@ -150,6 +162,7 @@ impl ShapeSpec {
         let is_volume = self.file.as_deref().is_some_and(|file| ends_with(file, "vdb"));
         let placed = if is_volume { "file" } else { "mesh" };
         let deep = if self.image.is_some() { "image" } else { "text" };
+        let of_depth = "text` or `image";
         let owned = [
             ("font", "text", self.font.is_some()),
             ("height", "text", self.height.is_some()),
@@ -167,6 +180,7 @@ impl ShapeSpec {
                 let remedy = format!(
                     "remove it, or put it where it belongs (into {{ }} after `{shape}`, if that has such a key)"
                 );
+                let owner = if key == "depth" { of_depth } else { owner };
                 return Err(ShapeError::key(
                     key,
                     format!("is a key of `{owner}`, and the shape is `{shape}`"),

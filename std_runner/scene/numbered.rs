@@ -6,14 +6,16 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Numbered {
     pub paths: Vec<PathBuf>,
     /// None where a file has no number.
-    numbers: Option<Vec<u64>>,
+    numbers: Option<Vec<i64>>,
+    /// The first that has none, where others have one.
+    uncounted: Option<String>,
     /// Whether the names differ in their numbers alone.
     are_alike: bool,
 }
 
 /// A number that is missing among others which are evenly apart.
 pub(crate) struct Gap {
-    pub missing: u64,
+    pub missing: i64,
     /// The names of the files before and after it.
     pub before: String,
     pub after: String,
@@ -29,22 +31,33 @@ impl Numbered {
         let are_alike = differing.is_some();
         // Else the last number before the ending.
         let numbers = differing.or_else(|| names.iter().map(|name| last_number(name)).collect());
+        let is_counted = |name: &&str| last_number(name).is_some();
+        let uncounted = names.iter().find(|name| !is_counted(name));
+        let uncounted = uncounted.filter(|_| numbers.is_none() && names.iter().any(is_counted));
+        let uncounted = uncounted.map(|name| (*name).to_owned());
         let paths = all.into_iter().map(|(_, path)| path);
         let Some(numbers) = numbers else {
             return Self {
                 paths: paths.collect(),
                 numbers: None,
+                uncounted,
                 are_alike,
             };
         };
-        let mut numbered: Vec<(u64, PathBuf)> = numbers.into_iter().zip(paths).collect();
+        let mut numbered: Vec<(i64, PathBuf)> = numbers.into_iter().zip(paths).collect();
         numbered.sort();
         let (numbers, paths) = numbered.into_iter().unzip();
         Self {
             paths,
             numbers: Some(numbers),
+            uncounted,
             are_alike,
         }
+    }
+
+    /// The first file without a number, where others have one, so that nothing says where it comes.
+    pub fn uncounted(&self) -> Option<&str> {
+        self.uncounted.as_deref()
     }
 
     /// The first number that is missing among all files whose names differ in their numbers alone: others may be counted by chance.
@@ -86,7 +99,7 @@ fn name_of(path: &Path) -> String {
 }
 
 /// The numbers of names that differ in nothing else.
-fn differing(names: &[&str]) -> Option<Vec<u64>> {
+fn differing(names: &[&str]) -> Option<Vec<i64>> {
     let before = shared(names.iter().map(|name| name.bytes().collect()).collect())?;
     let backwards = |name: &&str| name.bytes().skip(before).rev().collect();
     let after = shared(names.iter().map(backwards).collect())?;
@@ -107,7 +120,7 @@ fn shared(names: Vec<Vec<u8>>) -> Option<usize> {
 }
 
 /// The last number of a name before its ending.
-fn last_number(name: &str) -> Option<u64> {
+fn last_number(name: &str) -> Option<i64> {
     let stem = Path::new(name).file_stem()?.to_str()?;
     let end = stem.rfind(|letter: char| letter.is_ascii_digit())? + 1;
     let begin = stem.get(..end)?.rfind(|letter: char| !letter.is_ascii_digit());
@@ -118,7 +131,7 @@ fn last_number(name: &str) -> Option<u64> {
 mod tests {
     use super::*;
 
-    fn sorted(names: &[&str]) -> (Vec<String>, Option<u64>) {
+    fn sorted(names: &[&str]) -> (Vec<String>, Option<i64>) {
         let all = Numbered::of(names.iter().map(PathBuf::from));
         let gap = all.gap(0, names.len()).map(|gap| gap.missing);
         (all.paths.iter().map(|path| name_of(path)).collect(), gap)
@@ -130,6 +143,8 @@ mod tests {
             (&["a1.npy", "a2.npy", "a10.npy", "a11.npy"][..], Some(3)),
             (&["f_08.png", "f_09.png", "f_10.png"], None),
             (&["f1", "f11", "f21"], None),
+            // As programs count what comes before the first frame.
+            (&["p_-2.png", "p_-1.png", "p_0.png", "p_1.png"], None),
             (&["f_1_v2.npy", "f_2_v2.npy", "f_4_v2.npy"], Some(3)),
             (&["r_1_64x64.png", "r_2_64x64.png", "r_10_64x64.png"], Some(3)),
             (&["7.npy"], None),
@@ -146,6 +161,20 @@ mod tests {
                 assert_eq!(found, names);
             }
             assert_eq!(missing, gap, "{names:?}");
+        }
+    }
+
+    #[test]
+    fn one_without_a_number_among_others_is_named() {
+        let of = |names: &[&str]| Numbered::of(names.iter().map(PathBuf::from));
+        let all = of(&["horse_1.png", "horse_10.png", "horse_walk.check.png"]);
+        assert_eq!(all.uncounted(), Some("horse_walk.check.png"));
+        for names in [
+            &["ape.png", "bear.png"][..],
+            &["h_1.png", "h_2.png"],
+            &["r_1_v2.png", "r_2_v2.png"],
+        ] {
+            assert!(of(names).uncounted().is_none(), "{names:?}");
         }
     }
 

@@ -50,6 +50,11 @@ impl Sequence {
             let why = "stands beside `files`, which names the files of the sequence; take one of them out";
             return Err(document.refuse(&format!("{key}.{one}"), why));
         }
+        if files.is_none() && table.contains_key("entry") {
+            let why =
+                "stands beside `steps`, by which every entry of the array is taken; take one of them out";
+            return Err(document.refuse(&format!("{key}.entry"), why));
+        }
         Self::read(document, &at, found, files, allowed).map(Some)
     }
 
@@ -136,14 +141,25 @@ fn by_pattern(
     pattern: &str,
     shape: &ShapeSpec,
 ) -> Result<Vec<ShapeSpec>, Failure> {
+    let table = key.split('[').next().unwrap_or(key);
     let key = format!("{key}.files");
     let files = files_of(document, &key, pattern)?;
+    let refuse = |why: String| Err(document.refuse(&key, format!("is \"{pattern}\", {why}")));
+    if let Some(name) = files.uncounted() {
+        return refuse(format!(
+            "which {name} fits too, that has no number where others have one: nothing says where it comes; take it away, or write more of the names before the `*`"
+        ));
+    }
+    if let Some([one, other]) = files.twice(0, files.paths.len()) {
+        return refuse(format!(
+            "and {one} and {other} have the same number: nothing says which comes first; rename one, or take it away"
+        ));
+    }
     if let Some(gap) = files.missing() {
-        let why = format!(
-            "is \"{pattern}\", and number {} is missing between {} and {}; add it, give the files without it other numbers, or write a [[keyframe]] for each",
+        return refuse(format!(
+            "and number {} is missing between {} and {}; add it, give the files without it other numbers, or write one [[{table}]] for each",
             gap.missing, gap.before, gap.after
-        );
-        return Err(document.refuse(&key, why));
+        ));
     }
     let paths = files.paths;
     // Shapes look for their files from the folder of the scene on.
@@ -185,7 +201,10 @@ pub(crate) fn files_of(document: &Document, key: &str, pattern: &str) -> Result<
     let fits = |path: &PathBuf| {
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
         name.is_some_and(|name| {
-            name.len() >= before.len() + after.len() && name.starts_with(before) && name.ends_with(after)
+            // As for shells, what is hidden is meant only where it is asked for.
+            let hidden = before.is_empty() && name.starts_with('.');
+            let is_long = name.len() >= before.len() + after.len();
+            !hidden && is_long && name.starts_with(before) && name.ends_with(after)
         })
     };
     let paths = entries.filter_map(|entry| Some(path.with_file_name(entry.ok()?.file_name())));

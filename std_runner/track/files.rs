@@ -214,6 +214,12 @@ fn in_folder(document: &Document, folder: &Path) -> Result<Numbered, Failure> {
 
 /// Refuses numbered files from number `first` to before number `end` of them among which one is missing, or there twice: they are evenly apart.
 fn refuse_disorder(document: &Document, files: &Numbered, first: usize, end: usize) -> Result<(), Failure> {
+    if let Some(name) = files.uncounted() {
+        let why = format!(
+            "has {name} among frames that are numbered: nothing says where it comes; take it away, or name the others by a pattern"
+        );
+        return Err(document.refuse(KEY, why));
+    }
     if let Some([one, other]) = files.twice(first, end) {
         let why = format!(
             "has frames with the same number, {one} and {other}; name those of one camera by a pattern"

@@ -113,6 +113,10 @@ fn keys_that_would_be_passed_over_are_refused() {
             "`keyframe[0].mesh` stands beside `files`",
         ),
         ("files = \"*_*.npy\"", "has more than one `*`"),
+        (
+            "file = \"blob_0.npy\"\nentry = 1",
+            "`keyframe[0].entry` stands beside `steps`",
+        ),
     ] {
         let folder = written("keys", &format!("{steps}\n{key}"));
         refused(&seen(&folder, "scene.toml", &folder), &[words, "; "]);
@@ -137,6 +141,57 @@ fn a_missing_number_is_refused() {
         "{}",
         ended.err
     );
+}
+
+/// Nothing says where a file without a number comes, or which of two with the same one is first; hidden files are none of a sequence.
+#[test]
+fn files_that_nothing_puts_in_order_are_refused() {
+    let keyframe = |pattern: &str| format!("steps = {{ from = 2, every = 1 }}\nfiles = \"{pattern}\"");
+    for (other, said) in [
+        (
+            "blob_last.npy",
+            "which blob_last.npy fits too, that has no number",
+        ),
+        ("blob_01.npy", "blob_01.npy and blob_1.npy have the same number"),
+    ] {
+        let folder = written("order", &keyframe("blob_*.npy"));
+        fs::copy(folder.join("blob_0.npy"), folder.join(other)).unwrap();
+        refused(
+            &seen(&folder, "scene.toml", &folder),
+            &["`keyframe[0].files`", said, "; "],
+        );
+    }
+    let folder = written("hidden", &keyframe("in/*.npy"));
+    fs::create_dir(folder.join("in")).unwrap();
+    for (from, to) in [("blob_0.npy", "in/1.npy"), ("blob_1.npy", "in/2.npy")] {
+        fs::copy(folder.join(from), folder.join(to)).unwrap();
+    }
+    fs::write(folder.join("in/._1.npy"), "what another system keeps").unwrap();
+    let ended = seen(&folder, "scene.toml", &folder);
+    assert!(
+        ended.code == 0 && ended.out.contains("keyframe[0], step 3"),
+        "{}",
+        ended.err
+    );
+}
+
+/// A shape that is empty is named by its file, and by its entry.
+#[test]
+fn an_empty_shape_of_a_sequence_is_named() {
+    let empty = vec![0.0; SIDE * SIDE];
+    for (shapes, said) in [
+        ("files = \"blob_*.npy\"", "blob_2.npy` puts nothing into the box;"),
+        (
+            "file = \"two.npy\"",
+            "two.npy` puts nothing into the box by its entry 1;",
+        ),
+    ] {
+        let folder = written("empty", &format!("steps = {{ from = 2, every = 1 }}\n{shapes}"));
+        fs::write(folder.join("blob_2.npy"), npy(&[SIDE, SIDE], &empty)).unwrap();
+        let two: Vec<f64> = density().into_iter().chain(empty.clone()).collect();
+        fs::write(folder.join("two.npy"), npy(&[2, SIDE, SIDE], &two)).unwrap();
+        refused(&seen(&folder, "scene.toml", &folder), &["in keyframe[0]", said]);
+    }
 }
 
 /// Each shape of an emitter adds its smoke until the next one does, and the last one as long as the others, or to the end.

@@ -45,7 +45,7 @@ pub(in crate::keyframes) fn read(path: &Path, side: usize) -> Result<Pixels, Fau
     } else {
         Err(Fault::content(
             "is no picture of a known kind",
-            "pictures are PNG, JPEG, TIFF, WebP, EXR or SVG: save it as one of them",
+            "pictures are PNG, JPEG, TIFF, WebP, EXR or SVG: save it as one of them; arrays are .npy and .npz, volumes .vdb, meshes .obj, .stl, .ply, .gltf and .glb",
         ))
     }
 }
