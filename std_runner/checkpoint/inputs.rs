@@ -76,6 +76,27 @@ impl Input {
 
 /// The files that the scene of `document` names, and `others`, as they are now.
 pub(crate) fn inputs_of(document: &Document, others: &[PathBuf]) -> io::Result<Vec<Input>> {
+    let paths = paths_of(document, others);
+    paths.iter().map(|path| Input::now(path)).collect()
+}
+
+/// Refuses a file that the scene of `document` names now and that was not among its `inputs`, as one more that fits a pattern.
+pub(super) fn check_for_more(document: &Document, inputs: &[Input]) -> Result<(), Failure> {
+    let is_new = |path: &PathBuf| {
+        let path = std::path::absolute(path).ok();
+        path.is_some_and(|path| inputs.iter().all(|input| input.path != path))
+    };
+    match paths_of(document, &[]).into_iter().find(is_new) {
+        None => Ok(()),
+        Some(path) => Err(Failure::Input(format!(
+            "{} was not there when the solve began, and the scene means it too; take it away, or solve anew",
+            path.display()
+        ))),
+    }
+}
+
+/// Those files.
+fn paths_of(document: &Document, others: &[PathBuf]) -> BTreeSet<PathBuf> {
     let mut paths: BTreeSet<PathBuf> = others.iter().cloned().collect();
     for (section, value) in document.table() {
         // Where a result goes is no input.
@@ -85,7 +106,7 @@ pub(crate) fn inputs_of(document: &Document, others: &[PathBuf]) -> io::Result<V
     }
     let beside: Vec<PathBuf> = paths.iter().flat_map(|path| files_beside(path)).collect();
     paths.extend(beside.into_iter().filter(|path| path.is_file()));
-    paths.iter().map(|path| Input::now(path)).collect()
+    paths
 }
 
 /// The files below `value`, which stands at `key`: those that the keys of shapes name, alone or by a pattern. Other texts may be the names of
@@ -163,6 +184,11 @@ folder = \"F\"
                 "v.npz"
             ]
         );
+        // One more that fits the pattern, as a renderer writes that is still at work.
+        assert!(check_for_more(&document, &inputs).is_ok());
+        fs::write(folder.join("horse_4.png"), "4").unwrap();
+        let refused = check_for_more(&document, &inputs).unwrap_err().to_string();
+        assert!(refused.contains("horse_4.png was not there"), "{refused}");
         fs::remove_dir_all(&folder).unwrap();
     }
 }

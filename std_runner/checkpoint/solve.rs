@@ -1,6 +1,6 @@
 //! What a state belongs to: the scene and the options of its solve, whole enough to go on without the scene's file.
 
-use super::inputs::Input;
+use super::inputs::{Input, check_for_more};
 use crate::among::told;
 use crate::exit::Failure;
 use crate::report::{ARCHIVE, REPORT, is_said_of};
@@ -154,9 +154,10 @@ impl Solve {
         serde_json::from_slice(&told(ranks, 0, Vec::new())).map_err(|_| unlike_ranks())
     }
 
-    /// Refuses files that the scene names and that were changed since.
+    /// Refuses files that the scene names and that were changed since, or came.
     pub fn check_inputs(&self) -> Result<(), Failure> {
-        self.inputs.iter().try_for_each(Input::check)
+        self.inputs.iter().try_for_each(Input::check)?;
+        check_for_more(&self.document()?, &self.inputs)
     }
 
     /// The scene that it began with. One that was changed since is refused.
