@@ -33,6 +33,17 @@ fn combinations(vary: &[String]) -> Result<Vec<Vec<String>>, Failure> {
                 "--vary {one}: there is no `=` in it; write key.path=a,b,c, as in --vary control.force_weight=1e2,1e3"
             ))
         })?;
+        let is_key = |other: &&String| {
+            other
+                .split_once('=')
+                .is_some_and(|(other, _)| other.trim() == key.trim())
+        };
+        if vary.iter().filter(is_key).count() > 1 {
+            return Err(Failure::Input(format!(
+                "--vary {one}: `{}` stands in another --vary too; write all of its values in one",
+                key.trim()
+            )));
+        }
         let values = split(values);
         if all.len().saturating_mul(values.len()) > MOST {
             return Err(Failure::Input(format!(
@@ -98,6 +109,7 @@ mod tests {
         assert_eq!(all[1], ["a.b=1", "c=[1, 2]"]);
         assert_eq!(all[3], ["a.b=2", "c=\"x,y\""]);
         assert!(combinations(&["a".into()]).is_err());
+        assert!(combinations(&["a.b=1".into(), "a.b = 2,3".into()]).is_err());
         assert_eq!(in_a_name("a.b=[1, 2]/\""), "a.b=_1__2___");
     }
 }
