@@ -4,6 +4,8 @@ use super::dilate::dilated;
 use super::layers::{Layer, Role};
 use crate::keyframes::Canvas;
 use crate::scene::Scene;
+use crate::stay::Stay;
+use thurible_core::problem::Supply;
 
 /// Smoke that goes faster than so many cells in a step is too fast to follow.
 const COURANT: usize = 5;
@@ -42,20 +44,46 @@ fn shortened(mut sentences: Vec<String>) -> Vec<String> {
     sentences
 }
 
-/// Keyframes whose mass is not that of the source.
+/// Keyframes whose mass is not that of the smoke that is there by then: of the source, and of what rates have added. How much an emitter with a
+/// target adds nobody knows before.
 fn masses(scene: &Scene, layers: &[Layer]) -> Vec<String> {
-    let Some(source) = layers.iter().find(|layer| layer.role == Role::Source) else {
+    let supplies = scene.emitters.iter().map(|emission| emission.emits.supply);
+    let rate = |supply: Supply| match supply {
+        Supply::Rate(rate) => Some(rate),
+        Supply::Target(_) => None,
+    };
+    let Some(rates) = supplies.map(rate).collect::<Option<Vec<f64>>>() else {
         return Vec::new();
     };
-    if !scene.emitters.is_empty() {
-        return Vec::new();
-    }
+    let of_source = layers
+        .iter()
+        .find(|layer| layer.role == Role::Source)
+        .map_or(0.0, Layer::sum);
+    let emitted = |step: usize| -> f64 {
+        let shapes = layers.iter().filter_map(|layer| match layer.role {
+            Role::Emitter(stay) => Some((stay, layer.sum())),
+            _ => None,
+        });
+        let steps = |stay: Stay| stay.last.min(step).saturating_sub(stay.first) as f64;
+        shapes
+            .zip(&rates)
+            .map(|((stay, sum), rate)| rate * steps(stay) * sum)
+            .sum()
+    };
+    let (whose, keeps) = if rates.is_empty() {
+        ("the source", ", and smoke keeps its mass")
+    } else {
+        ("source and emitters by then", "")
+    };
     let sentence = |layer: &Layer| {
-        let factor = layer.sum() / source.sum();
+        let Role::Keyframe(stay) = layer.role else {
+            return None;
+        };
+        let factor = layer.sum() / (of_source + emitted(stay.first));
         if !scene.control.match_mass {
             return ((factor - 1.0).abs() > SOME).then(|| {
                 format!(
-                    "{} has {factor:.3} times the mass of the source, and smoke keeps its mass: it cannot be met; set control.match_mass = true, or \
+                    "{} has {factor:.3} times the mass of {whose}{keeps}: it cannot be met; set control.match_mass = true, or \
                      change its size",
                     layer.title()
                 )
@@ -63,16 +91,13 @@ fn masses(scene: &Scene, layers: &[Layer]) -> Vec<String> {
         }
         (!(1.0 / TWICE..=TWICE).contains(&factor)).then(|| {
             format!(
-                "{} has {factor:.2} times the mass of the source and is made {} by that (control.match_mass); change its size if that is not meant",
+                "{} has {factor:.2} times the mass of {whose} and is made {} by that (control.match_mass); change its size if that is not meant",
                 layer.title(),
                 if factor > 1.0 { "fainter" } else { "denser" }
             )
         })
     };
-    let keyframes = layers
-        .iter()
-        .filter(|layer| matches!(layer.role, Role::Keyframe(_)));
-    keyframes.filter_map(sentence).collect()
+    layers.iter().filter_map(sentence).collect()
 }
 
 /// Keyframes that lie too far from the smoke before them.

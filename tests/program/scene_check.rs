@@ -156,6 +156,16 @@ fn what_is_probably_not_meant_is_said() {
     let large = ball(0.3, 0.5, 0.2);
     let [_, err] = said("masses", &scene("[control]\nmatch_mass = false\n", &large));
     assert!(err.contains("times the mass of the source"), "{err}");
+    // What a rate adds until then counts, and nobody knows what a target adds.
+    let emits = |what: &str| format!("[[emitter]]\n{what}\n{source}");
+    let near = ball(0.2, 0.5, 0.1);
+    let [_, err] = said("masses_rate", &scene(&emits("rate = 1.0"), &near));
+    assert!(
+        err.contains("has 0.33 times the mass of source and emitters by then"),
+        "{err}"
+    );
+    let [_, err] = said("masses_target", &scene(&emits("target = 1.0"), &near));
+    assert!(!err.contains("times the mass"), "{err}");
     let side = ball(0.02, 0.5, 0.12);
     let [_, err] = said("side", &scene("", &side));
     assert!(err.contains("touches the low side along x"), "{err}");
