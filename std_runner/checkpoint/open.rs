@@ -3,18 +3,21 @@
 use super::parts::{are_whole, sums};
 use super::words::MANY;
 use super::{PART, PartFiles, SLOTS, Saving, Sealed, Solve, Unsealed, Words, beside, has_states, result_of};
+use crate::console::quoted_path;
 use crate::destination::place_of;
 use crate::exit::Failure;
 use crate::held::{LOCK, hold, remove};
 use crate::report::REPORT;
 use core::cmp::Reverse;
+use serde_json::Value;
 use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use thurible_core::checkpoint::Refused;
-use thurible_core::{Named, Status};
+use thurible_core::method::registry::simulates;
+use thurible_core::{Method, Named, Params, Status};
 
 /// A state to go on from.
 #[derive(Clone, Debug)]
@@ -34,6 +37,22 @@ pub(crate) fn is_there(folder: &Path) -> bool {
     has_states(&beside(folder))
 }
 
+fn was_interrupted(report: &Value) -> bool {
+    report["status"] == Status::Cancelled.name()
+}
+
+fn is_one_pass(report: &Value) -> bool {
+    let method = Method::ALL
+        .iter()
+        .find(|method| report["method"] == method.name());
+    method.is_some_and(|&method| {
+        simulates(&Params {
+            method,
+            ..Params::default()
+        })
+    })
+}
+
 /// Finds the last whole state of `folder`, a folder of states or that of the result.
 ///
 /// # Errors
@@ -49,9 +68,12 @@ pub(crate) fn open(folder: &Path) -> Result<Found, Failure> {
     let shown = folder.display();
     let place = places.iter().find(|place| has_states(place)).ok_or_else(|| {
         let report = fs::read(folder.join(REPORT));
-        let report = report.map(|text| serde_json::from_slice::<serde_json::Value>(&text).unwrap_or_default());
+        let report = report.map(|text| serde_json::from_slice::<Value>(&text).unwrap_or_default());
         let why = match report {
-            Ok(report) if report.get("status").is_some_and(|status| status == Status::Cancelled.name()) => {
+            Ok(report) if was_interrupted(&report) && is_one_pass(&report) => {
+                "it was simulated in one pass, of which no state is kept, and interrupted; simulate anew with --force"
+            }
+            Ok(report) if was_interrupted(&report) => {
                 "its solve was interrupted and kept no state; solve anew with --force, and with --checkpoint every=60s where it may be interrupted again"
             }
             Ok(_) => "its solve was finished, and nothing is left to go on with",
@@ -188,7 +210,8 @@ pub(crate) fn refuse_states(folder: &Path, forced: bool) -> Result<(), Failure> 
     } else if !forced {
         let result = folder.display();
         return Err(Failure::File(format!(
-            "the solve into {result} was not finished: go on with it by `thurible resume {result}`, or solve anew with --force, which throws its state away"
+            "the solve into {result} was not finished: go on with it by `thurible resume {}`, or solve anew with --force, which throws its state away",
+            quoted_path(folder)
         )));
     }
     Ok(())

@@ -77,7 +77,8 @@ pub fn run(arguments: &NewArguments) -> Result<u8, Failure> {
             console::print(&format!("wrote {}, by which editors check it", schema.display()));
         }
         console::print(&format!(
-            "wrote {shown}; solve it with: thurible {command} {shown}"
+            "wrote {shown}; solve it with: thurible {command} {}",
+            console::quoted_path(&path)
         ));
     }
     Ok(DONE)

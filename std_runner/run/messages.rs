@@ -13,7 +13,7 @@ use crate::scene::Scene;
 use crate::windows::Window;
 use serde_json::json;
 use std::path::Path;
-use thurible_core::{Named, Status};
+use thurible_core::{Method, Named, Status};
 
 /// Says what is going to be solved, and in how many bytes.
 pub(super) fn plan(display: &Display, scene: &Scene, planned: &Planned) {
@@ -123,10 +123,12 @@ pub(crate) fn goes_on(display: &Display, folder: &Path, watch: &Watch) {
 }
 
 /// Says that no states are kept of a simulation that is one pass, whatever was asked for.
-pub(super) fn keeps_none(display: &Display) {
-    display.note(
-        "a simulation is one pass, so `--checkpoint` keeps nothing of it; in windows (method.window) it does",
-    );
+pub(super) fn keeps_none(display: &Display, method: Method) {
+    display.note(if method == Method::Guide {
+        "a guided flow is one pass, so `--checkpoint` keeps nothing of it"
+    } else {
+        "a simulation is one pass, so `--checkpoint` keeps nothing of it; in windows (method.window) it does"
+    });
 }
 
 /// Says how an interrupted solve is gone on with.
@@ -135,7 +137,7 @@ pub(super) fn can_go_on(display: &Display, states: &Path) {
     if display.mode() == Mode::Human {
         console::print(&format!(
             "its state is kept: `thurible resume {}` goes on",
-            states.display()
+            console::quoted_path(states)
         ));
     }
 }
@@ -148,8 +150,9 @@ pub(crate) fn unwritten(failure: Failure, kept: Option<&Path>) -> Failure {
     let why = why.trim_end_matches(RUN_AGAIN).trim_end_matches("; ");
     Failure::File(match kept {
         Some(place) => format!(
-            "{why}; the state of the solve is kept in {shown}: free some space and `thurible resume {shown}` writes the result, with -o DIR elsewhere",
-            shown = place.display()
+            "{why}; the state of the solve is kept in {}: free some space and `thurible resume {}` writes the result, with -o DIR elsewhere",
+            place.display(),
+            console::quoted_path(place)
         ),
         None => format!("{why}; {RUN_AGAIN}"),
     })

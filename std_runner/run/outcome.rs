@@ -1,6 +1,7 @@
 //! The outcome of a solve: its [`RunRecord`], from which `report.json` and `report.html` are written, and its pictures.
 
 use super::found::{Found, gradients, windows_fall};
+use crate::console;
 use crate::exit::code_of_result;
 use crate::output::Gallery;
 use crate::plan::Planned;
@@ -207,7 +208,7 @@ pub(crate) fn command_line() -> String {
     let arguments = std::env::args_os().map(|argument| argument.to_string_lossy().into_owned());
     arguments
         .enumerate()
-        .map(|(index, argument)| quoted(&without_folders(index, &argument)))
+        .map(|(index, argument)| console::quoted(&without_folders(index, &argument)))
         .collect::<Vec<_>>()
         .join(" ")
 }
@@ -223,15 +224,6 @@ fn without_folders(index: usize, argument: &str) -> String {
     // Every second part stands between quotation marks.
     let parts: Vec<String> = value.split('"').map(name).collect();
     format!("{option}{}", parts.join("\""))
-}
-
-fn quoted(text: &str) -> String {
-    let plain = |letter: char| letter.is_ascii_alphanumeric() || "-_./=:,+".contains(letter);
-    if !text.is_empty() && text.chars().all(plain) {
-        text.to_owned()
-    } else {
-        format!("'{}'", text.replace('\'', r"'\''"))
-    }
 }
 
 #[cfg(test)]
@@ -256,6 +248,5 @@ mod tests {
         ] {
             assert_eq!(without_folders(index, argument), shown);
         }
-        assert_eq!(quoted("two words"), "'two words'");
     }
 }

@@ -1,5 +1,6 @@
 //! A scene that is solved as a whole, from its beginning or from a state that was kept.
 
+use super::earlier::Origin;
 use super::found::Found;
 use super::frames::SolverFrames;
 use super::inputs::{Inputs, set_inputs};
@@ -7,10 +8,12 @@ use super::job::{Job, Solved, iterate, show};
 use super::masses;
 use super::messages::{self, not_finite};
 use super::outcome::Facts;
+use super::request::Request;
 use super::saved::{self, Ended, Progressed, Reading};
 use super::settled::Settled;
 use super::stages::Stage;
 use crate::checkpoint::{Inputs as Files, Keeper, Words};
+use crate::console::quoted_path;
 use crate::destination::Destination;
 use crate::devices::Searching;
 use crate::exit::Failure;
@@ -19,7 +22,7 @@ use crate::progress::Watch;
 use crate::report::{self, RunRecord};
 use core::mem::MaybeUninit;
 use thurible_core::method::registry::simulates;
-use thurible_core::{Exec, Method, Real, Solver, Space, Status};
+use thurible_core::{Exec, Real, Solver, Space, Status};
 
 impl Job {
     /// Solves the scene in `block`, and writes the arrays and the report.
@@ -56,8 +59,8 @@ impl Job {
         let mut keeper = self.keeper(&destination, began_with)?;
         let mut watch = self.watch()?;
         messages::plan(&watch.display, &self.request.scene, &self.planned);
-        if self.request.checkpoint.is_asked_for() && self.planned.params.method == Method::Simulate {
-            messages::keeps_none(&watch.display);
+        if self.request.checkpoint.is_asked_for() && simulates(&self.planned.params) {
+            messages::keeps_none(&watch.display, self.planned.params.method);
         }
         inputs.notes.iter().for_each(|note| watch.display.file_note(note));
         let mut so_far = Progressed {
@@ -108,7 +111,7 @@ impl Job {
         let goes_on = keeper.kept().map_or(String::new(), |states| {
             format!(
                 "; `thurible resume {}` goes on from the last state, on the processors too",
-                states.display()
+                quoted_path(states)
             )
         });
         Err(Failure::Memory(format!("the device failed: {why}{goes_on}")))
@@ -179,7 +182,9 @@ impl Job {
         };
         let found = Found::of(solver, &self.planned.problem);
         let mut record = facts.record(found, ended, watch);
-        if let Some(truth) = self.request.reference.as_ref().or(self.request.from.as_ref()) {
+        let Request { from, reference, .. } = &self.request;
+        let is_by_step = |from: &&Origin| from.by_step(&self.request.scene) == 1.0;
+        if let Some(truth) = reference.as_ref().or_else(|| from.as_ref().filter(is_by_step)) {
             // A density that cannot be read is no reason to lose what was found.
             match truth.compare(&self.request.scene, solver) {
                 Ok(frames) => record.frames = frames,
