@@ -6,7 +6,7 @@ use crate::distance::relative_l2;
 use crate::exit::Failure;
 use crate::keyframes::{Canvas, Earlier, ShapeError};
 use crate::remarks::density;
-use crate::report::{ARCHIVE, FrameRecord, Said};
+use crate::report::{ARCHIVE, FrameRecord, Said, count};
 use crate::scene::Scene;
 use serde_json::Value;
 use std::path::PathBuf;
@@ -76,15 +76,28 @@ impl Origin {
         let first = self.step.unwrap_or(0);
         let (needed, steps) = (first.saturating_add(solver.steps()), earlier.flows());
         if needed > steps {
+            let remedy = if steps < first.saturating_add(2) {
+                "a flow that is guided has 2 at least: give a smaller --at, or another result"
+            } else {
+                "take fewer steps with --steps, or another result"
+            };
             return Err(self.refuse(format!(
-                "has the flow of {steps} steps, where {needed} are needed, {first} before the first; take fewer steps with --steps, or another result"
+                "has the flow of {}, where {needed} are needed, {first} before the first; {remedy}",
+                count(steps, "step")
             )));
         }
         let elsewhere = self.elsewhere(scene, &earlier);
+        let scale = if elsewhere.is_some() {
+            1.0
+        } else {
+            self.by_step(scene)
+        };
         for step in 1..solver.steps() {
             let read = |axis: usize| {
                 let faces = earlier.velocity(Some(first + step), axis);
-                faces.map(narrowed).map_err(|error| self.unread(&error))
+                let mut faces = faces.map_err(|error| self.unread(&error))?;
+                faces.iter_mut().for_each(|face| *face *= scale);
+                Ok(narrowed(faces))
             };
             let faces: Vec<Vec<T>> = (0..S::DIM).map(read).collect::<Result<_, _>>()?;
             let mut all = faces.iter().map(Vec::as_slice);
@@ -102,10 +115,10 @@ impl Origin {
         Ok(())
     }
 
-    /// The grid of the flow, where it has other cells than the scene, or a cell a step is another velocity there.
+    /// The grid of the flow, where it has other cells than the scene.
     fn elsewhere(&self, scene: &Scene, earlier: &Earlier) -> Option<Elsewhere> {
         let cells = earlier.canvas();
-        if cells.cells == scene.canvas().cells && self.by_step(scene) == 1.0 {
+        if cells.cells == scene.canvas().cells {
             return None;
         }
         let [length, dt] = self.units(scene);

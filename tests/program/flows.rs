@@ -167,9 +167,38 @@ fn a_guided_flow_follows_its_reference() {
     // A reference is taken step by step, whatever units the scene has.
     let from_there = ["--at", "5", "--from-reference", "--steps", "6"];
     let units = ["--set", "grid.length=3", "--set", "time.dt=0.25"];
-    let same = guided("same", &[&from_there, &weightless[..]].concat());
-    let other = guided("units", &[&from_there, &weightless[..], &units].concat());
-    assert!((last(&other) - last(&same)).abs() < 1e-5);
+    let obstacle = |center, radius| format!("obstacle=[{{circle={{center={center},radius={radius}}}}}]");
+    let [here, there] = [obstacle("[0.3,0.7]", "0.1"), obstacle("[0.9,2.1]", "0.3")];
+    for solid in [None, Some([here, there])] {
+        let last_of = |name: &str, which: usize, units: &[&str]| {
+            let set = solid
+                .as_ref()
+                .map_or("output.frames=false", |solid| &solid[which]);
+            let more = [&from_there, &weightless[..], units, &["--force", "--set", set]].concat();
+            last(&guided(name, &more))
+        };
+        let [same, other] = [last_of("same", 0, &[]), last_of("units", 1, &units)];
+        assert!((other - same).abs() < 1e-3 * same, "{other} beside {same}");
+    }
+    // What goes on from it takes its velocities as they are, and steps of another length are not compared.
+    let folder = result.with_file_name("on");
+    well(
+        &[
+            &[
+                "simulate",
+                text(&scene),
+                "--from",
+                text(&result),
+                "--at",
+                "5",
+                "--quiet",
+            ][..],
+            &["--steps", "4", "-o", text(&folder)],
+            &units,
+        ]
+        .concat(),
+    );
+    assert!(report(&folder).get("frames").is_none());
 }
 
 /// An array of a result: its shape and its values.
