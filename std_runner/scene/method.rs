@@ -11,6 +11,7 @@ use thurible_core::method::registry::steers;
 use thurible_core::problem::{MAX_STEPS, Units};
 use thurible_core::solver::MAX_ITERATIONS;
 use thurible_core::stable_fluids::{self, Controls};
+use thurible_core::words::one_of;
 use thurible_core::{Advection, Method, Named, Params, Problem};
 use toml::{Table, Value};
 
@@ -154,7 +155,10 @@ fn name_and_iterations(
         let word = read::<String>(document, key, word)?;
         fluids = word == stable_fluids::NAME;
         if !fluids {
-            params.method = document.one_of(key, &word, &steering)?;
+            params.method = one_of(&steering, &word).map_err(|known| {
+                let allowed = format!("{known} or \"{}\"", stable_fluids::NAME);
+                document.outside(key, format!("\"{word}\""), allowed)
+            })?;
         }
     }
     if let Some(count) = table.remove("iterations") {

@@ -128,7 +128,7 @@ impl Views {
         let last = last.unwrap_or(most.saturating_sub(1));
         if last >= most || self.first > last {
             let why = format!(
-                "asks for the frames {} to {last}; there are 0 to {}",
+                "asks for the frames {} to {last}; there are 0 to {}: choose among these, pictures.last not before pictures.first",
                 self.first,
                 most.saturating_sub(1)
             );
@@ -222,7 +222,10 @@ impl Views {
         let shape: Vec<usize> = self.cells.iter().rev().copied().collect();
         let found = truth.read(0).map_err(&failed)?;
         if found.shape != shape {
-            let why = format!("has frames of {:?} cells, and the box has {shape:?}", found.shape);
+            let why = format!(
+                "has frames of {:?} cells, and the box has {shape:?}; give the box as many by `grid.cells`, or leave the truth out",
+                found.shape
+            );
             return Err(self.document.refuse("truth", why));
         }
         // A picture is one frame, whatever the number of the first one.
