@@ -65,6 +65,11 @@ impl Numbered {
         self.gap(0, self.paths.len()).filter(|_| self.are_alike)
     }
 
+    /// Two files with the same number, as [`Self::missing`].
+    pub fn doubled(&self) -> Option<[String; 2]> {
+        self.twice(0, self.paths.len()).filter(|_| self.are_alike)
+    }
+
     /// The first number that is missing among the files from number `first` to before number `end` of them. Files whose numbers follow in
     /// equal steps lack none; nor do those of which some have the same one.
     pub fn gap(&self, first: usize, end: usize) -> Option<Gap> {
@@ -184,5 +189,8 @@ mod tests {
         let of = |names: [&str; 3]| Numbered::of(names.map(PathBuf::from)).missing();
         assert!(of(["logo_v1.png", "title_v2.png", "end_v5.png"]).is_none());
         assert!(of(["logo_v1.png", "logo_v2.png", "logo_v5.png"]).is_some());
+        let of = |names: [&str; 2]| Numbered::of(names.map(PathBuf::from)).doubled();
+        assert!(of(["logo_v1.png", "title_v1.png"]).is_none());
+        assert!(of(["logo_v1.png", "logo_v01.png"]).is_some());
     }
 }

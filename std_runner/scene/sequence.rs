@@ -150,7 +150,7 @@ fn by_pattern(
             "which {name} fits too, that has no number where others have one: nothing says where it comes; take it away, or write more of the names before the `*`"
         ));
     }
-    if let Some([one, other]) = files.twice(0, files.paths.len()) {
+    if let Some([one, other]) = files.doubled() {
         return refuse(format!(
             "and {one} and {other} have the same number: nothing says which comes first; rename one, or take it away"
         ));

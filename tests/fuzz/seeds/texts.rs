@@ -46,7 +46,7 @@ pub const SEQUENCE: &str = "\n[[keyframe]]\nsteps = { from = 2, every = 2 }\nfil
 
 /// What names such files.
 pub fn patterns(work: &Path) -> Vec<Vec<u8>> {
-    for number in ["0", "01", "2", "x"] {
+    for number in ["0", "01", "2"] {
         let array = npy("<f4", "(8, 8)", &numbers(64));
         fs::write(work.join(format!("p_{number}.npy")), array).unwrap();
     }
