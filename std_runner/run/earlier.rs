@@ -4,7 +4,7 @@ use super::drawn::narrowed;
 use super::inputs::{Inputs, set_emitters, set_obstacles};
 use crate::distance::relative_l2;
 use crate::exit::Failure;
-use crate::keyframes::{Canvas, Earlier, ShapeError};
+use crate::keyframes::{Earlier, ShapeError};
 use crate::remarks::density;
 use crate::report::{ARCHIVE, FrameRecord, Said, count};
 use crate::scene::Scene;
@@ -56,21 +56,34 @@ impl Origin {
             .map_err(|error| self.unusable(&error))?;
         set_emitters(scene, solver, among, &mut None, &mut inputs.notes)?;
         for axis in 0..S::DIM {
-            let faces = earlier.velocity(step, axis);
-            let mut faces = faces.map_err(|error| self.unread(&error))?;
-            faces.iter_mut().for_each(|face| *face *= scale);
+            let faces = self.velocity::<T>(&mut earlier, step, axis, scale)?;
             solver
-                .set_initial_velocity(axis, &narrowed(faces))
+                .set_initial_velocity(axis, &faces)
                 .map_err(|error| self.unusable(&error))?;
         }
         Ok(inputs)
     }
 
-    /// Hands the flow from the step on to `solver`, which follows it.
+    /// A component of velocity `step`, or of the last one, `scale` times.
+    fn velocity<T: Real>(
+        &self,
+        earlier: &mut Earlier,
+        step: Option<usize>,
+        axis: usize,
+        scale: f64,
+    ) -> Result<Vec<T>, Failure> {
+        let faces = earlier.velocity(step, axis);
+        let mut faces = faces.map_err(|error| self.unread(&error))?;
+        faces.iter_mut().for_each(|face| *face *= scale);
+        Ok(narrowed(faces))
+    }
+
+    /// Hands the flow from the step on to `solver`, which follows it, its velocities `scale` times.
     pub fn guide<T: Real, S: Space>(
         &self,
         scene: &Scene,
         solver: &mut Solver<'_, T, S>,
+        scale: f64,
     ) -> Result<(), Failure> {
         let mut earlier = self.open(scene)?.as_it_is();
         let first = self.step.unwrap_or(0);
@@ -86,19 +99,9 @@ impl Origin {
                 count(steps, "step")
             )));
         }
-        let elsewhere = self.elsewhere(scene, &earlier);
-        let scale = if elsewhere.is_some() {
-            1.0
-        } else {
-            self.by_step(scene)
-        };
+        let elsewhere = elsewhere(scene, &earlier);
         for step in 1..solver.steps() {
-            let read = |axis: usize| {
-                let faces = earlier.velocity(Some(first + step), axis);
-                let mut faces = faces.map_err(|error| self.unread(&error))?;
-                faces.iter_mut().for_each(|face| *face *= scale);
-                Ok(narrowed(faces))
-            };
+            let read = |axis| self.velocity(&mut earlier, Some(first + step), axis, scale);
             let faces: Vec<Vec<T>> = (0..S::DIM).map(read).collect::<Result<_, _>>()?;
             let mut all = faces.iter().map(Vec::as_slice);
             let set = match elsewhere {
@@ -115,34 +118,12 @@ impl Origin {
         Ok(())
     }
 
-    /// The grid of the flow, where it has other cells than the scene.
-    fn elsewhere(&self, scene: &Scene, earlier: &Earlier) -> Option<Elsewhere> {
-        let cells = earlier.canvas();
-        if cells.cells == scene.canvas().cells {
-            return None;
-        }
-        let [length, dt] = self.units(scene);
-        let size = Canvas {
-            length,
-            ..cells.clone()
-        }
-        .cell_size();
-        Some(Elsewhere {
-            cells: cells.cells_3d(),
-            unit: size / dt,
-        })
-    }
-
-    /// How many times its velocities flow through as much of the scene's box in a step as through its own.
+    /// How many times its velocities flow through as much of the scene's box in a step as through its own; once where no report says its length
+    /// and time step.
     pub fn by_step(&self, scene: &Scene) -> f64 {
-        let [length, dt] = self.units(scene);
-        (scene.canvas().length / length) * (dt / scene.time.dt)
-    }
-
-    /// Its length and time step, the scene's where no report says them.
-    fn units(&self, scene: &Scene) -> [f64; 2] {
-        let own = [scene.canvas().length, scene.time.dt];
-        Said::of(&self.folder).map_or(own, |said| [said.length, said.dt])
+        Said::of(&self.folder).map_or(1.0, |said| {
+            (scene.canvas().length / said.length) * (said.dt / scene.time.dt)
+        })
     }
 
     /// How far the densities of `solver` are from those after the step, as far as there are any.
@@ -206,4 +187,13 @@ impl Origin {
         let sentence = format!("{} {}: {error}", self.option, self.folder.display());
         error.failure(sentence)
     }
+}
+
+/// The cells of a flow in the scene's box and units, where they are others than the scene's.
+fn elsewhere(scene: &Scene, earlier: &Earlier) -> Option<Elsewhere> {
+    let there = earlier.canvas();
+    (there.cells != scene.canvas().cells).then(|| Elsewhere {
+        cells: there.cells_3d(),
+        unit: there.cell_size() / scene.time.dt,
+    })
 }

@@ -229,7 +229,7 @@ impl Job {
             None => set_inputs(scene, solver, masses)?,
         };
         if let Some(reference) = reference {
-            reference.guide(scene, solver)?;
+            reference.guide(scene, solver, scale)?;
         }
         Ok(inputs)
     }
