@@ -62,28 +62,33 @@ impl ShapeSpec {
         let mut cells = self.draw(place, edge, notes)?;
         let largest = cells.iter().copied().fold(0.0, f64::max);
         if largest < FAINTEST {
-            let remedy = match name {
-                "image" if self.depth.is_some() && edge == Edge::Cut => {
-                    "give it a `depth` of a cell or more, or draw something into it; `ink` says what is smoke"
-                }
-                "image" => "draw something into it that is smoke; `ink` says what is",
-                "mesh" => {
-                    "move it into the box, which begins at 0 along each axis and has z up: with up = \"y\" the file's (x, y, z) is at (x, -z, y) there; without `fit` it is made to fit"
-                }
-                _ => "move it into the box or make it larger",
-            };
-            let found = match self.step {
-                Some(step) => format!("puts nothing into the box by its entry {step}"),
-                None => "puts nothing into the box".into(),
-            };
-            let file = self.image.as_ref().or(self.mesh.as_ref()).or(self.file.as_ref());
-            return Err(match file {
-                Some(path) => Fault::content(found, remedy).of(name, &place.1.join(path)),
-                None => ShapeError::key(name, found, remedy),
-            });
+            return Err(self.nothing(name, place.1, edge));
         }
         cells.iter_mut().for_each(|cell| *cell *= density);
         Ok(cells)
+    }
+
+    /// The refusal of a shape that puts nothing into the box.
+    fn nothing(&self, name: &'static str, base: &Path, edge: Edge) -> ShapeError {
+        let remedy = match name {
+            "image" if self.depth.is_some() && edge == Edge::Cut => {
+                "give it a `depth` of a cell or more, or draw something into it; `ink` says what is smoke"
+            }
+            "image" => "draw something into it that is smoke; `ink` says what is",
+            "mesh" => {
+                "move it into the box, which begins at 0 along each axis and has z up: with up = \"y\" the file's (x, y, z) is at (x, -z, y) there; without `fit` it is made to fit"
+            }
+            _ => "move it into the box or make it larger",
+        };
+        let found = match self.step {
+            Some(step) => format!("puts nothing into the box by its entry {step}"),
+            None => "puts nothing into the box".into(),
+        };
+        let file = self.image.as_ref().or(self.mesh.as_ref()).or(self.file.as_ref());
+        match file {
+            Some(path) => Fault::content(found, remedy).of(name, &base.join(path)),
+            None => ShapeError::key(name, found, remedy),
+        }
     }
 
     fn draw(
@@ -160,30 +165,28 @@ impl ShapeSpec {
     fn refuse_stray_keys(&self, shape: &str) -> Result<(), ShapeError> {
         // A volume is placed as a mesh is, and has no entries.
         let is_volume = self.file.as_deref().is_some_and(|file| ends_with(file, "vdb"));
-        let placed = if is_volume { "file" } else { "mesh" };
-        let deep = if self.image.is_some() { "image" } else { "text" };
-        let of_depth = "text` or `image";
-        let owned = [
-            ("font", "text", self.font.is_some()),
-            ("height", "text", self.height.is_some()),
-            ("center", "text", self.center.is_some()),
-            ("depth", deep, self.depth.is_some()),
-            ("weight", "text", self.weight.is_some()),
-            ("ink", "image", self.ink.is_some()),
-            ("name", "file", self.name.is_some()),
-            ("entry", "file", self.entry.is_some()),
+        let placed: &[&str] = if is_volume { &["file"] } else { &["mesh"] };
+        let owned: [(_, &[&str], _); 10] = [
+            ("font", &["text"], self.font.is_some()),
+            ("height", &["text"], self.height.is_some()),
+            ("center", &["text"], self.center.is_some()),
+            ("depth", &["text", "image"], self.depth.is_some()),
+            ("weight", &["text"], self.weight.is_some()),
+            ("ink", &["image"], self.ink.is_some()),
+            ("name", &["file"], self.name.is_some()),
+            ("entry", &["file"], self.entry.is_some()),
             ("fit", placed, self.fit.is_some()),
             ("up", placed, self.up.is_some()),
         ];
-        for (key, owner, there) in owned {
-            if there && owner != shape {
+        for (key, owners, there) in owned {
+            if there && !owners.contains(&shape) {
                 let remedy = format!(
                     "remove it, or put it where it belongs (into {{ }} after `{shape}`, if that has such a key)"
                 );
-                let owner = if key == "depth" { of_depth } else { owner };
+                let owners = owners.join("` or `");
                 return Err(ShapeError::key(
                     key,
-                    format!("is a key of `{owner}`, and the shape is `{shape}`"),
+                    format!("is a key of `{owners}`, and the shape is `{shape}`"),
                     remedy,
                 ));
             }
