@@ -7,8 +7,6 @@ pub(crate) struct Numbered {
     pub paths: Vec<PathBuf>,
     /// None where a file has no number.
     numbers: Option<Vec<i64>>,
-    /// The first that has none, where others have one.
-    uncounted: Option<String>,
     /// Whether the names differ in their numbers alone.
     are_alike: bool,
 }
@@ -31,16 +29,11 @@ impl Numbered {
         let are_alike = differing.is_some();
         // Else the last number before the ending.
         let numbers = differing.or_else(|| names.iter().map(|name| last_number(name)).collect());
-        let is_counted = |name: &&str| last_number(name).is_some();
-        let uncounted = names.iter().find(|name| !is_counted(name));
-        let uncounted = uncounted.filter(|_| numbers.is_none() && names.iter().any(is_counted));
-        let uncounted = uncounted.map(|name| (*name).to_owned());
         let paths = all.into_iter().map(|(_, path)| path);
         let Some(numbers) = numbers else {
             return Self {
                 paths: paths.collect(),
                 numbers: None,
-                uncounted,
                 are_alike,
             };
         };
@@ -50,14 +43,16 @@ impl Numbered {
         Self {
             paths,
             numbers: Some(numbers),
-            uncounted,
             are_alike,
         }
     }
 
     /// The first file without a number, where others have one, so that nothing says where it comes.
-    pub fn uncounted(&self) -> Option<&str> {
-        self.uncounted.as_deref()
+    pub fn uncounted(&self) -> Option<String> {
+        let names: Vec<String> = self.paths.iter().map(|path| name_of(path)).collect();
+        let is_counted = |name: &String| last_number(name).is_some();
+        let is_mixed = self.numbers.is_none() && names.iter().any(is_counted);
+        names.into_iter().find(|name| is_mixed && !is_counted(name))
     }
 
     /// The first number that is missing among all files whose names differ in their numbers alone: others may be counted by chance.
@@ -173,7 +168,7 @@ mod tests {
     fn one_without_a_number_among_others_is_named() {
         let of = |names: &[&str]| Numbered::of(names.iter().map(PathBuf::from));
         let all = of(&["horse_1.png", "horse_10.png", "horse_walk.check.png"]);
-        assert_eq!(all.uncounted(), Some("horse_walk.check.png"));
+        assert_eq!(all.uncounted().as_deref(), Some("horse_walk.check.png"));
         for names in [
             &["ape.png", "bear.png"][..],
             &["h_1.png", "h_2.png"],

@@ -27,6 +27,12 @@ fn seen(here: &Path, scene: &str, folder: &Path) -> Ended {
     command.arg(folder.join("seen.png")).output().unwrap().into()
 }
 
+/// The scene is drawn, with this layer.
+fn assert_stands(folder: &Path, layer: &str) {
+    let ended = seen(folder, "scene.toml", folder);
+    assert!(ended.code == 0 && ended.out.contains(layer), "{}", ended.err);
+}
+
 #[test]
 fn files_are_looked_for_beside_the_scene_wherever_the_program_runs() {
     let folder = written(
@@ -135,12 +141,7 @@ fn a_missing_number_is_refused() {
     ];
     refused(&seen(&folder, "scene.toml", &folder), &said);
     fs::rename(folder.join("blob_3.npy"), folder.join("blob_2.npy")).unwrap();
-    let ended = seen(&folder, "scene.toml", &folder);
-    assert!(
-        ended.code == 0 && ended.out.contains("keyframe[0], step 3"),
-        "{}",
-        ended.err
-    );
+    assert_stands(&folder, "keyframe[0], step 3");
 }
 
 /// Nothing says where a file without a number comes, or which of two with the same one is first; hidden files are none of a sequence.
@@ -167,12 +168,7 @@ fn files_that_nothing_puts_in_order_are_refused() {
         fs::copy(folder.join(from), folder.join(to)).unwrap();
     }
     fs::write(folder.join("in/._1.npy"), "what another system keeps").unwrap();
-    let ended = seen(&folder, "scene.toml", &folder);
-    assert!(
-        ended.code == 0 && ended.out.contains("keyframe[0], step 3"),
-        "{}",
-        ended.err
-    );
+    assert_stands(&folder, "keyframe[0], step 3");
 }
 
 /// A shape that is empty is named by its file, and by its entry.

@@ -270,6 +270,15 @@ fn what_cannot_be_tracked_is_refused() {
         "{}",
         ended.err
     );
+    // One that is not numbered among others that are.
+    fs::remove_file(twins.join("right_0.npy")).unwrap();
+    fs::rename(twins.join("right_1.npy"), twins.join("mask.npy")).unwrap();
+    let ended = track(&twins, &out, &["--quiet"]);
+    assert!(
+        ended.code == 2 && ended.err.contains("has mask.npy among frames that are numbered"),
+        "{}",
+        ended.err
+    );
     // What the sentence offers: the frames before and after the gap, on their own.
     let part = frames.with_file_name("part");
     npy(&frames.join("smoke_4.npy"), &[12, 16], &blob(4));
