@@ -9,8 +9,8 @@ pub(super) struct Errors {
     pub rms: f64,
     /// That in parts of sqrt(mean |U|^2); none where the truth rests.
     pub relative: Option<f64>,
-    /// sqrt(sum |U| theta^2 / sum |U|), theta the angle between u and U in degrees; none where the truth rests.
-    pub angular: Option<f64>,
+    /// sqrt(sum |U| theta^2 / sum |U|), theta the angle between u and U in degrees; 0 where the truth rests, of which no direction is missed.
+    pub angular: f64,
 }
 
 /// A flow at faces, x fastest, and what it lives on.
@@ -58,7 +58,11 @@ impl Measure<'_> {
         Errors {
             rms,
             relative: (size > 0.0).then(|| rms / size),
-            angular: (weight > 0.0).then(|| (turned / weight).sqrt()),
+            angular: if weight > 0.0 {
+                (turned / weight).sqrt()
+            } else {
+                0.0
+            },
         }
     }
 }

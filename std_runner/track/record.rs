@@ -73,7 +73,6 @@ pub(crate) struct PairRecord {
     pub velocity_rms_error: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub velocity_relative_error: Option<f64>,
-    /// 0 where the truth rests, as its sums are: no direction is missed there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub angular_error: Option<f64>,
 }
@@ -94,7 +93,7 @@ impl PairRecord {
             readvection_error: readvect.then_some(pair.readvection),
             velocity_rms_error: errors.map(|errors| errors.rms),
             velocity_relative_error: errors.and_then(|errors| errors.relative),
-            angular_error: errors.map(|errors| errors.angular.unwrap_or_default()),
+            angular_error: errors.map(|errors| errors.angular),
         }
     }
 }
