@@ -4,7 +4,7 @@ use super::element::CORNERS;
 use super::mesh::{Mesh, Spring};
 use super::small::{Square, inner};
 use super::topology::Topology;
-use crate::exec::{Exec, Slabs, for_slabs};
+use crate::exec::{Exec, RowBuffers, Slabs, for_slabs};
 use crate::real::Real;
 use libm::sqrt;
 
@@ -83,7 +83,7 @@ impl<T: Real> Body<'_, T> {
         let slabs = Slabs::new(self.mesh.count(), PARTS, 1);
         let parts = sums.get_mut(..slabs.count()).unwrap_or(&mut []);
         let each = Slabs::new(slabs.count(), PARTS, 1);
-        for_slabs(exec, each, [parts], &mut [], |run| {
+        for_slabs(exec, each, RowBuffers::fields([parts]), |run| {
             let [sums] = run.fields;
             for (slab, sum) in run.rows.zip(sums) {
                 let energies = slabs.rows_of(slab).map(|element| {

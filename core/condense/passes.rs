@@ -32,8 +32,7 @@ impl<T: Real, const D: usize> Condenser<'_, T, D> {
         for_slabs(
             exec,
             Slabs::new(free, free, 1),
-            [&mut *gradient],
-            &mut [],
+            RowBuffers::fields([&mut *gradient]),
             |run| {
                 let [out] = run.fields;
                 for (number, out) in run.rows.zip(out.chunks_exact_mut(D)) {
@@ -212,8 +211,7 @@ impl<T: Real, const D: usize> Condenser<'_, T, D> {
         for_slabs(
             exec,
             Slabs::new(free, free, 1),
-            [&mut *direction],
-            &mut *blocks,
+            RowBuffers::fields([&mut *direction]).with_scratch(&mut *blocks),
             |run| {
                 let [out] = run.fields;
                 for (number, out) in run.rows.zip(out.chunks_exact_mut(D)) {

@@ -16,7 +16,21 @@ pub struct Panel<'a, T> {
     field: PhantomData<&'a mut [T]>,
 }
 
-impl<T> Panel<'_, T> {
+impl<'a, T> Panel<'a, T> {
+    /// All columns of `field`, of rows of `width` values, at least one.
+    #[must_use]
+    pub fn whole(field: &'a mut [T], width: usize) -> Self {
+        let width = width.max(1);
+        Self {
+            start: field.as_mut_ptr(),
+            rows: field.len() / width,
+            width,
+            first: 0,
+            count: width,
+            field: PhantomData,
+        }
+    }
+
     /// Rows.
     #[inline(always)]
     #[must_use]

@@ -21,15 +21,17 @@ pub struct RunTask<'a, T, const K: usize> {
     pub rows: Range<usize>,
     /// The rows' chunks of each field, one after the other.
     pub fields: [&'a mut [T]; K],
+    /// Those of the sums.
+    pub sums: &'a mut [f64],
     /// The thread's chunk of the scratch; it holds what the last task left there.
     pub scratch: &'a mut [T],
 }
 
 /// The buffers that [`for_rows`] cuts up.
 pub struct RowBuffers<'a, T, const K: usize> {
-    fields: [&'a mut [T]; K],
-    sums: &'a mut [f64],
-    scratch: &'a mut [T],
+    pub(super) fields: [&'a mut [T]; K],
+    pub(super) sums: &'a mut [f64],
+    pub(super) scratch: &'a mut [T],
 }
 
 impl<'a, T, const K: usize> RowBuffers<'a, T, K> {
@@ -192,6 +194,7 @@ pub fn for_runs<T, const K: usize, F>(
         let task_of_turn = unsafe {
             RunTask {
                 fields: core::array::from_fn(|k| fields[k].get(turn.clone())),
+                sums: &mut [],
                 scratch: scratch.get(worker..worker + 1),
                 rows: turn,
             }

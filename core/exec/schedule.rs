@@ -5,7 +5,7 @@ use core::sync::atomic::{AtomicUsize, Ordering};
 /// Elements to write below which a second thread costs more than it brings.
 const MIN_PARALLEL: usize = 1 << 12;
 /// Elements that a worker writes in one turn, at least.
-const MIN_TURN: usize = 1 << 12;
+pub(super) const MIN_TURN: usize = 1 << 12;
 /// Parts that the rows are cut into, at most: one for each worker, and workers beyond begin by helping.
 const MAX_PARTS: usize = 16;
 

@@ -1,6 +1,6 @@
 use super::chunks::Chunks;
-use super::schedule::schedule;
-use super::{Exec, RunTask};
+use super::schedule::{MIN_TURN, schedule};
+use super::{Exec, RowBuffers, RunTask};
 use core::ops::Range;
 
 /// Rows, or planes, cut into slabs of equal thickness; the first ones may be thicker by one row.
@@ -18,6 +18,13 @@ impl Slabs {
             rows,
             count: count.min(rows / least.max(1)).max(1),
         }
+    }
+
+    /// Two for each thread of `exec`, where each has so many rows and enough to write, `row_len` elements a row: for passes that begin anew with each slab.
+    #[must_use]
+    pub fn among(exec: &dyn Exec, rows: usize, row_len: usize, least: usize) -> Self {
+        let worth = MIN_TURN.div_ceil(row_len.max(1));
+        Self::new(rows, 2 * exec.threads().max(1), least.max(worth))
     }
 
     /// How many slabs there are, at least one.
@@ -53,19 +60,15 @@ impl Slabs {
     }
 }
 
-/// Calls `task` once for each slab, with the slab's rows of every field. A worker begins with the same slabs in each call.
-pub fn for_slabs<T, const K: usize, F>(
-    exec: &dyn Exec,
-    slabs: Slabs,
-    fields: [&mut [T]; K],
-    scratch: &mut [T],
-    task: F,
-) where
+/// Calls `task` once for each slab, with the slab's rows of every field and of the sums. A worker begins with the same slabs in each call.
+pub fn for_slabs<T, const K: usize, F>(exec: &dyn Exec, slabs: Slabs, buffers: RowBuffers<'_, T, K>, task: F)
+where
     T: Send,
     F: Fn(RunTask<'_, T, K>) + Sync,
 {
-    let fields = fields.map(|field| Chunks::new(field, slabs.rows));
-    let scratch = Chunks::new(scratch, exec.threads().max(1));
+    let fields = buffers.fields.map(|field| Chunks::new(field, slabs.rows));
+    let sums = Chunks::new(buffers.sums, slabs.rows);
+    let scratch = Chunks::new(buffers.scratch, exec.threads().max(1));
     schedule(exec, slabs.count, 0, move |worker, turn| {
         for slab in turn {
             let rows = slabs.rows_of(slab);
@@ -74,6 +77,7 @@ pub fn for_slabs<T, const K: usize, F>(
             let task_of_slab = unsafe {
                 RunTask {
                     fields: core::array::from_fn(|k| fields[k].get(rows.clone())),
+                    sums: sums.get(rows.clone()),
                     scratch: scratch.get(worker..worker + 1),
                     rows,
                 }
@@ -90,8 +94,7 @@ pub fn join<'a>(exec: &dyn Exec, first: &'a mut (dyn FnMut() + Send), second: &'
     for_slabs(
         exec,
         Slabs::new(2, 2, 1),
-        [&mut [first, second][..]],
-        &mut [],
+        RowBuffers::fields([&mut [first, second][..]]),
         |slab| slab.fields.into_iter().flatten().for_each(|task| task()),
     );
 }

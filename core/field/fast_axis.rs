@@ -21,7 +21,10 @@ pub fn analyse_columns<T: Real>(fourier: &Fourier<'_, T>, mut slab: Panel<'_, T>
     let count = slab.count();
     columns_to_lines(&slab, from, Some(fourier));
     let (found, coefficients) = transform(fourier.roots, from, to);
-    separate(fourier, found, coefficients);
+    if count == COLUMNS {
+        return separate(fourier, found, &mut slab);
+    }
+    separate(fourier, found, &mut Panel::whole(coefficients, COLUMNS));
     for i in 0..slab.rows() {
         slab.row_mut(i).copy_from_slice(&line(coefficients, i)[..count]);
     }
@@ -31,15 +34,19 @@ pub fn analyse_columns<T: Real>(fourier: &Fourier<'_, T>, mut slab: Panel<'_, T>
 pub fn synthesise_columns<T: Real>(fourier: &Fourier<'_, T>, mut slab: Panel<'_, T>, scratch: &mut [T]) {
     let (from, to) = halves(fourier, scratch);
     let count = slab.count();
-    columns_to_lines(&slab, from, None);
-    unite(fourier, from, to);
+    if count == COLUMNS {
+        unite(fourier, &slab, to);
+    } else {
+        columns_to_lines(&slab, from, None);
+        unite(fourier, &Panel::whole(from, COLUMNS), to);
+    }
     let (found, _) = transform(fourier.roots, to, from);
     for i in 0..slab.rows() {
         let (imaginary, real) = line(found, fourier.sorted(i)).split_at(COMPLEX);
         let row = slab.row_mut(i);
         let (low, high) = row.split_at_mut(count.min(COMPLEX));
-        low.copy_from_slice(&real[..low.len()]);
-        high.copy_from_slice(&imaginary[..high.len()]);
+        copy_line::<T, COMPLEX>(real, low);
+        copy_line::<T, COMPLEX>(imaginary, high);
     }
 }
 
@@ -54,14 +61,14 @@ pub fn along_rows<T: Real>(
     let (from, to) = halves(fourier, scratch);
     rows_to_lines(n, rows, from, Some(fourier));
     let (found, coefficients) = transform(fourier.roots, from, to);
-    separate(fourier, found, coefficients);
+    separate(fourier, found, &mut Panel::whole(coefficients, COLUMNS));
     lines_to_rows(n, coefficients, &mut found[..rows.len()], None, 0);
     let pairs = found.chunks_exact(n).zip(coefficients.chunks_exact_mut(n));
     for (row, (old, new)) in pairs.enumerate().take(rows.len() / n) {
         symbol(row, 0..n, old, new);
     }
     rows_to_lines(n, &coefficients[..rows.len()], found, None);
-    unite(fourier, found, coefficients);
+    unite(fourier, &Panel::whole(found, COLUMNS), coefficients);
     let (values, _) = transform(fourier.roots, coefficients, found);
     lines_to_rows(n, values, rows, Some(fourier), COMPLEX);
 }
@@ -83,6 +90,15 @@ fn line_mut<T>(panel: &mut [T], i: usize) -> &mut [T] {
     &mut panel[i * COLUMNS..][..COLUMNS]
 }
 
+/// Copies what of `from` has a place in `to`; whole lines of N numbers without a call.
+#[inline(always)]
+fn copy_line<T: Copy, const N: usize>(from: &[T], to: &mut [T]) {
+    match (from.first_chunk::<N>(), to.first_chunk_mut::<N>()) {
+        (Some(from), Some(to)) => *to = *from,
+        _ => to.iter_mut().zip(from).for_each(|(to, &from)| *to = from),
+    }
+}
+
 /// Cell i of each column to line i, or where the tables sort it; what has no column is 0.
 fn columns_to_lines<T: Real>(slab: &Panel<'_, T>, lines: &mut [T], sorted: Option<&Fourier<'_, T>>) {
     let count = slab.count();
@@ -90,7 +106,7 @@ fn columns_to_lines<T: Real>(slab: &Panel<'_, T>, lines: &mut [T], sorted: Optio
         lines.fill(T::ZERO);
     }
     for i in 0..slab.rows() {
-        lines[place(sorted, i)..][..count].copy_from_slice(slab.row(i));
+        copy_line::<T, COLUMNS>(slab.row(i), &mut lines[place(sorted, i)..][..count]);
     }
 }
 
@@ -182,64 +198,67 @@ fn place<T: Real>(sorted: Option<&Fourier<'_, T>>, i: usize) -> usize {
         }
 }
 
-/// The coefficients of both columns from their common Fourier transform.
-fn separate<T: Real>(fourier: &Fourier<'_, T>, found: &[T], coefficients: &mut [T]) {
-    let n = fourier.cells();
-    for k in fourier.pairs() {
-        let ([low, high], [cosine, sine]) = (fourier.places(k), fourier.turn(k));
-        let (at, opposite) = (line(found, k), line(found, n - k));
-        part(at, opposite, cosine, sine, line_mut(coefficients, low));
-        part(at, opposite, sine, -cosine, line_mut(coefficients, high));
-    }
-    let scale = T::from_f64(1.0 / libm::sqrt(n as f64));
-    for (k, place) in fourier.alone() {
-        for (out, &value) in line_mut(coefficients, place).iter_mut().zip(line(found, k)) {
-            *out = scale * value;
+vectorised! {
+    /// The coefficients of both columns from their common Fourier transform.
+    fn separate[T, V](fourier: &Fourier<'_, T>, found: &[T], coefficients: &mut Panel<'_, T>) {
+        let n = fourier.cells();
+        for k in fourier.pairs() {
+            let ([low, high], [cosine, sine]) = (fourier.places(k), fourier.turn(k));
+            let (at, opposite) = (line(found, k), line(found, n - k));
+            part::<T, V>(at, opposite, [cosine, sine], coefficients.row_mut(low));
+            part::<T, V>(at, opposite, [sine, -cosine], coefficients.row_mut(high));
         }
-    }
-}
-
-/// What the inverse Fourier transform takes, with real and imaginary parts exchanged, by which it becomes a transform like the other.
-fn unite<T: Real>(fourier: &Fourier<'_, T>, coefficients: &[T], wanted: &mut [T]) {
-    let n = fourier.cells();
-    for k in fourier.pairs() {
-        let (places, [cosine, sine]) = (fourier.places(k), fourier.turn(k));
-        let [low, high] = places.map(|place| line(coefficients, place));
-        join(low, high, cosine, sine, line_mut(wanted, k));
-        join(high, low, sine, cosine, line_mut(wanted, n - k));
-    }
-    let scale = T::from_f64(1.0 / libm::sqrt(n as f64));
-    for (k, place) in fourier.alone() {
-        let (real, imaginary) = line(coefficients, place).split_at(COMPLEX);
-        let values = imaginary.iter().chain(real);
-        for (out, &value) in line_mut(wanted, k).iter_mut().zip(values) {
-            *out = scale * value;
+        let scale = T::from_f64(1.0 / libm::sqrt(n as f64));
+        for (k, place) in fourier.alone() {
+            for (out, &value) in coefficients.row_mut(place).iter_mut().zip(line(found, k)) {
+                *out = scale * value;
+            }
         }
     }
 }
 
 vectorised! {
-    /// With Z_k = p + i q and Z_(n-k) = r + i s: c (p + r) + d (q - s) for column a, c (q + s) - d (p - r) for b.
-    fn part[T, V](at: &[T], opposite: &[T], c: T, d: T, out: &mut [T]) {
-        let [c, d] = [V::splat(c), V::splat(d)];
-        for lane in (0..COMPLEX).step_by(<V as Vector>::LANES) {
-            let [p, q, r, s] = [V::at(at, lane), V::at(at, COMPLEX + lane), V::at(opposite, lane), V::at(opposite, COMPLEX + lane)];
-            (c * (p + r) + d * (q - s)).put(out, lane);
-            (c * (q + s) - d * (p - r)).put(out, COMPLEX + lane);
+    /// What the inverse Fourier transform takes, with real and imaginary parts exchanged, by which it becomes a transform like the other.
+    fn unite[T, V](fourier: &Fourier<'_, T>, coefficients: &Panel<'_, T>, wanted: &mut [T]) {
+        let n = fourier.cells();
+        for k in fourier.pairs() {
+            let (places, [cosine, sine]) = (fourier.places(k), fourier.turn(k));
+            let [low, high] = [coefficients.row(places[0]), coefficients.row(places[1])];
+            join::<T, V>(low, high, [cosine, sine], line_mut(wanted, k));
+            join::<T, V>(high, low, [sine, cosine], line_mut(wanted, n - k));
+        }
+        let scale = T::from_f64(1.0 / libm::sqrt(n as f64));
+        for (k, place) in fourier.alone() {
+            let (real, imaginary) = coefficients.row(place).split_at(COMPLEX);
+            let values = imaginary.iter().chain(real);
+            for (out, &value) in line_mut(wanted, k).iter_mut().zip(values) {
+                *out = scale * value;
+            }
         }
     }
 }
 
-vectorised! {
-    /// With the coefficients A, A' of column a and B, B' of b: the real part c A + d A' - (d B - c B') of Z_k, and its imaginary part
-    /// d A - c A' + (c B + d B') before it.
-    fn join[T, V](low: &[T], high: &[T], c: T, d: T, out: &mut [T]) {
-        let [c, d] = [V::splat(c), V::splat(d)];
-        for lane in (0..COMPLEX).step_by(<V as Vector>::LANES) {
-            let [a, b] = [V::at(low, lane), V::at(low, COMPLEX + lane)];
-            let [aa, bb] = [V::at(high, lane), V::at(high, COMPLEX + lane)];
-            (d * a - c * aa + (c * b + d * bb)).put(out, lane);
-            (c * a + d * aa - (d * b - c * bb)).put(out, COMPLEX + lane);
-        }
+/// With Z_k = p + i q and Z_(n-k) = r + i s: c (p + r) + d (q - s) for column a, c (q + s) - d (p - r) for b.
+#[inline(always)]
+fn part<T: Real, V: Vector<Elem = T>>(at: &[T], opposite: &[T], [c, d]: [T; 2], out: &mut [T]) {
+    let [c, d] = [V::splat(c), V::splat(d)];
+    for lane in (0..COMPLEX).step_by(V::LANES) {
+        let [p, q] = [V::at(at, lane), V::at(at, COMPLEX + lane)];
+        let [r, s] = [V::at(opposite, lane), V::at(opposite, COMPLEX + lane)];
+        (c * (p + r) + d * (q - s)).put(out, lane);
+        (c * (q + s) - d * (p - r)).put(out, COMPLEX + lane);
+    }
+}
+
+/// With the coefficients A, A' of column a and B, B' of b: the real part c A + d A' - (d B - c B') of Z_k, and its imaginary part
+/// d A - c A' + (c B + d B') before it.
+#[inline(always)]
+fn join<T: Real, V: Vector<Elem = T>>(low: &[T], high: &[T], [c, d]: [T; 2], out: &mut [T]) {
+    let [c, d] = [V::splat(c), V::splat(d)];
+    for lane in (0..COMPLEX).step_by(V::LANES) {
+        let [a, b] = [V::at(low, lane), V::at(low, COMPLEX + lane)];
+        let [aa, bb] = [V::at(high, lane), V::at(high, COMPLEX + lane)];
+        (d * a - c * aa + (c * b + d * bb)).put(out, lane);
+        (c * a + d * aa - (d * b - c * bb)).put(out, COMPLEX + lane);
     }
 }

@@ -5,7 +5,7 @@
 
 use super::fast_axis;
 use super::folds::{fold, fold_row, unfold_row};
-use crate::exec::{self, Exec, for_panels};
+use crate::exec::{self, Exec, Serial, for_panels};
 use crate::grid::Grid;
 use crate::grid::spectrum::{COLUMNS, Modes, PARITIES, Parity, Spectrum, TOGETHER, is_fast};
 use crate::real::Real;
@@ -46,16 +46,49 @@ pub fn multiply<T: Real>(
     symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]) + Sync,
 ) {
     let axes = &spectrum.axes;
-    let width = |axis: usize| grid.n.iter().take(axis).product();
-    for axis in (1..grid.dims).rev() {
-        let of_axis = (&axes[axis], width(axis));
-        along_columns(exec, of_axis, Direction::Analysis, field, scratch);
+    let width = |axis: usize| grid.n.iter().take(axis).product::<usize>();
+    let columns = |exec: &dyn Exec, axis: usize, direction: Direction, field: &mut [T], scratch: &mut [T]| {
+        along_columns(exec, (&axes[axis], width(axis)), direction, field, scratch);
+    };
+    let within = |exec: &dyn Exec, first: usize, field: &mut [T], scratch: &mut [T]| {
+        let symbol =
+            |row: usize, span: Range<usize>, old: &[T], new: &mut [T]| symbol(first + row, span, old, new);
+        for axis in (1..grid.dims - 1).rev() {
+            columns(exec, axis, Direction::Analysis, field, scratch);
+        }
+        along_rows(exec, &axes[0], field, scratch, symbol);
+        for axis in 1..grid.dims - 1 {
+            columns(exec, axis, Direction::Synthesis, field, scratch);
+        }
+    };
+    let last = grid.dims - 1;
+    columns(exec, last, Direction::Analysis, field, scratch);
+    // Some planes stay in the second cache for all that is done to them, where that leaves enough to share.
+    let (len, together) = (
+        field.len(),
+        width(2) * whole_groups(axes[0].fourier.is_some(), grid.n[1]),
+    );
+    if last == 2 && len >= SHARED * exec.threads() * together {
+        for_panels(exec, field, [1, len, together], scratch, |mut planes, scratch| {
+            within(&Serial, planes.first() / grid.n[0], planes.row_mut(0), scratch);
+        });
+    } else {
+        within(exec, 0, field, scratch);
     }
-    along_rows(exec, &axes[0], field, scratch, symbol);
-    for axis in 1..grid.dims {
-        let of_axis = (&axes[axis], width(axis));
-        along_columns(exec, of_axis, Direction::Synthesis, field, scratch);
+    columns(exec, last, Direction::Synthesis, field, scratch);
+}
+
+/// Parts for each thread, at least, where what is done is cut into parts of planes.
+const SHARED: usize = 4;
+
+/// The fewest rows (or planes) of so many columns (or rows) each that hold whole groups of those that a fast transform takes together.
+pub(super) fn whole_groups(is_fast: bool, each: usize) -> usize {
+    if !is_fast {
+        return 1;
     }
+    (1..COLUMNS)
+        .find(|count| (count * each).is_multiple_of(COLUMNS))
+        .unwrap_or(COLUMNS)
 }
 
 /// Which way a transform goes.

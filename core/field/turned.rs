@@ -10,7 +10,7 @@
 //! [fast transform](is_fast) takes 32 columns or rows of the box together, x fastest, and bricks end where such groups do.
 
 use super::borders;
-use super::transform::{Direction, along_columns, along_rows};
+use super::transform::{Direction, along_columns, along_rows, whole_groups};
 use crate::exec::ranks::{Ranks, swap};
 use crate::exec::{Exec, RowBuffers, Serial, for_rows};
 use crate::field::rows::{part, part_mut};
@@ -347,16 +347,6 @@ impl Deal {
             core::mem::swap(now, next);
         }
     }
-}
-
-/// The fewest rows (or planes) of so many columns (or rows) each that hold whole groups of those that a fast transform takes together.
-fn whole_groups(is_fast: bool, each: usize) -> usize {
-    if !is_fast {
-        return 1;
-    }
-    (1..COLUMNS)
-        .find(|count| (count * each).is_multiple_of(COLUMNS))
-        .unwrap_or(COLUMNS)
 }
 
 impl<'a, T: Real> Turned<'a, T> {

@@ -99,7 +99,8 @@ pub fn sweep<T: Real, S: Space>(
         pass.solve_edges::<S>(exec, fields, at_edges, edges, scratch);
         let edges = &*edges;
         if split == Split::Slabs {
-            for_slabs(exec, slabs, state.fields(), &mut *scratch, |task| {
+            let buffers = RowBuffers::fields(state.fields()).with_scratch(&mut *scratch);
+            for_slabs(exec, slabs, buffers, |task| {
                 let (ring, scratch) = task.scratch.split_at_mut(own_ring_len::<S>(grid, slots, split));
                 Slab {
                     pass: &pass,

@@ -196,8 +196,7 @@ fn collect_residual<T: Real, S: Space>(
         for_slabs(
             exec,
             split.slabs(grid, exec.threads(), LEAST),
-            sides,
-            scratch,
+            RowBuffers::fields(sides).with_scratch(scratch),
             |task| {
                 let (waiting, scratch) = task.scratch.split_at_mut(waiting_len);
                 Slab {

@@ -46,15 +46,43 @@ pub fn add_gradient<T: Real>(
     }
 }
 
-/// The velocities at the faces around a row of cells, in one slot.
+/// The velocities at the faces around a row of cells, in slots that lie side by side.
 #[derive(Clone, Copy, Debug)]
 pub struct RowFaces<'a, T> {
+    /// Cells of the row in one slot.
+    pub nx: usize,
     /// The low faces along every axis; empty where there is none.
     pub low: Vector<'a, T>,
-    /// The high face of the last cell along x.
-    pub end: T,
+    /// Which low face along x is the high face of the last cell; `None` where that is on a wall.
+    pub end: Option<usize>,
     /// The high faces along y and z; empty at a wall.
     pub high: [&'a [T]; 2],
+}
+
+impl<T> RowFaces<'_, T> {
+    /// Slots.
+    #[inline(always)]
+    #[must_use]
+    pub fn slots(&self) -> usize {
+        self.low[0].len().checked_div(self.nx).unwrap_or(0)
+    }
+
+    /// Those of one slot.
+    #[inline(always)]
+    #[must_use]
+    pub fn slot(&self, slot: usize) -> Self {
+        let range = slot * self.nx..(slot + 1) * self.nx;
+        let ([x, y, z], [above_y, above_z]) = (self.low, self.high);
+        Self {
+            low: [
+                rows::part(x, range.clone()),
+                rows::part(y, range.clone()),
+                rows::part(z, range.clone()),
+            ],
+            high: [rows::part(above_y, range.clone()), rows::part(above_z, range)],
+            ..*self
+        }
+    }
 }
 
 /// The largest values that [`divergence`] met.
@@ -67,24 +95,32 @@ struct Sizes<V> {
 }
 
 vectorised! {
-    /// `out` = div v at a row of cells, the sum over axes of `scales` (v[high face] - v[low face]); max |out| and max |v| at the low faces, or
-    /// NaN when any value is not finite.
-    pub fn divergence[T, V](faces: &RowFaces<'_, T>, scales: [T; 3], out: &mut [T]) -> [f64; 2] {
-        let n = out.len();
-        let x = faces.low[0];
+    /// div v at a row of cells in every slot, the sum over axes of `scales` (v[high face] - v[low face]), to `outs`, one slice a slot, unless there is none;
+    /// max |div v| and max |v| at the low faces, or NaN when any value is not finite.
+    pub fn divergence[T, V](faces: &RowFaces<'_, T>, scales: [T; 3], outs: &mut [&mut [T]]) -> [f64; 2] {
+        let n = faces.nx;
         let mut sizes = Sizes { divergence: V::splat(T::ZERO), speed: V::splat(T::ZERO), poison: V::splat(T::ZERO) };
         let mut last = Sizes { divergence: T::ZERO, speed: T::ZERO, poison: T::ZERO };
         // All cells but the last go by whole vectors; the last vector may overlap the one before.
         let whole = n.saturating_sub(1 + V::LANES);
         let by_vectors = if n > V::LANES { n - 1 } else { 0 };
-        for i in (0..by_vectors).step_by(V::LANES) {
-            let i = i.min(whole);
-            if let Some(above) = x.get(i + 1..i + 1 + V::LANES) {
-                divergence_at(i, faces, V::load(above), scales, out, &mut sizes);
+        for slot in 0..faces.slots() {
+            let faces = faces.slot(slot);
+            let x = faces.low[0];
+            let end = faces.end.and_then(|first| x.get(first)).copied().unwrap_or(T::ZERO);
+            let out = match outs.get_mut(slot) {
+                Some(out) => &mut **out,
+                None => &mut [],
+            };
+            for i in (0..by_vectors).step_by(V::LANES) {
+                let i = i.min(whole);
+                if let Some(above) = x.get(i + 1..i + 1 + V::LANES) {
+                    divergence_at(i, &faces, V::load(above), scales, out, &mut sizes);
+                }
             }
-        }
-        for i in by_vectors..n {
-            divergence_at(i, faces, x.get(i + 1).copied().unwrap_or(faces.end), scales, out, &mut last);
+            for i in by_vectors..n {
+                divergence_at(i, &faces, x.get(i + 1).copied().unwrap_or(end), scales, out, &mut last);
+            }
         }
         let [mut divergence, mut speed, mut poison] = [[T::ZERO; LANES]; 3];
         sizes.divergence.store(&mut divergence);
@@ -107,7 +143,7 @@ fn divergence_at<T: Real, V: simd::Vector<Elem = T>>(
     out: &mut [T],
     sizes: &mut Sizes<V>,
 ) {
-    let (Some(x), Some(out)) = (faces.low[0].get(i..i + V::LANES), out.get_mut(i..i + V::LANES)) else {
+    let Some(x) = faces.low[0].get(i..i + V::LANES) else {
         return;
     };
     let below = V::load(x);
@@ -125,5 +161,64 @@ fn divergence_at<T: Real, V: simd::Vector<Elem = T>>(
     }
     sizes.divergence = sum.max(-sum).max(sizes.divergence);
     sizes.poison = sizes.poison + sum * V::splat(T::ZERO);
-    sum.store(out);
+    if let Some(out) = out.get_mut(i..i + V::LANES) {
+        sum.store(out);
+    }
+}
+
+/// The values of a potential around a row of cells, in one slot.
+#[derive(Clone, Copy, Debug)]
+pub struct RowCells<'a, T> {
+    /// At the cells.
+    pub own: &'a [T],
+    /// At the cell below the first along x; at a wall that of the first itself.
+    pub before: T,
+    /// At the cells below along y and z; empty behind a wall.
+    pub low: [&'a [T]; 2],
+}
+
+vectorised! {
+    /// `v += scales (p[high cell] - p[low cell])` at the low faces of a row of cells along every axis: [`add_gradient`] of all axes in one pass.
+    pub fn add_gradients[T, V](p: &RowCells<'_, T>, scales: [T; 3], v: [&mut [T]; 3]) {
+        let n = p.own.len();
+        let mut first = [p.before; LANES];
+        first[1..].iter_mut().zip(p.own).for_each(|(to, &from)| *to = from);
+        let [x, y, z] = v;
+        let whole = n - n % V::LANES;
+        for i in (0..whole).step_by(V::LANES) {
+            let below = if i == 0 { V::load(&first) } else { V::at(p.own, i - 1) };
+            gradients_at(i, p, below, scales, [&mut *x, &mut *y, &mut *z]);
+        }
+        for i in whole..n {
+            let below = i.checked_sub(1).and_then(|before| p.own.get(before)).copied();
+            let below = below.unwrap_or(p.before);
+            gradients_at(i, p, below, scales, [&mut *x, &mut *y, &mut *z]);
+        }
+    }
+}
+
+/// [`add_gradients`] at cells from `i` on, `below` which along x the potential is given.
+#[inline(always)]
+fn gradients_at<T: Real, V: simd::Vector<Elem = T>>(
+    i: usize,
+    p: &RowCells<'_, T>,
+    below: V,
+    scales: [T; 3],
+    [x, y, z]: [&mut [T]; 3],
+) {
+    let own = V::at(p.own, i);
+    add_at(i, V::splat(scales[0]) * (own - below), x);
+    for (axis, v) in [(1, y), (2, z)] {
+        if let Some(below) = p.low[axis - 1].get(i..i + V::LANES) {
+            add_at(i, V::splat(scales[axis]) * (own - V::load(below)), v);
+        }
+    }
+}
+
+/// `out += x` from `i` on.
+#[inline(always)]
+fn add_at<T: Real, V: simd::Vector<Elem = T>>(i: usize, x: V, out: &mut [T]) {
+    if let Some(out) = out.get_mut(i..i + V::LANES) {
+        (V::load(out) + x).store(out);
+    }
 }

@@ -4,7 +4,7 @@ use crate::exec::Exec;
 use crate::field::{Block, Vector, rows, sums};
 use crate::grid::solids::{OUTSIDE, Solids};
 use crate::grid::{Grid, Side};
-use crate::operators::divergence::{RowFaces, add_gradient};
+use crate::operators::divergence::{RowCells, RowFaces, add_gradients, divergence};
 use crate::real::Real;
 use core::ops::Range;
 
@@ -32,13 +32,13 @@ impl Batch {
         })
     }
 
-    /// One slot of the batch.
-    pub fn slot(self, grid: &Grid, index: usize) -> Block<'_> {
+    /// All of its slots.
+    pub fn block(self, grid: &Grid) -> Block<'_> {
         Block {
             grid,
             slots: self.slots,
-            first: self.first + index,
-            count: 1,
+            first: self.first,
+            count: self.count,
         }
     }
 
@@ -74,10 +74,15 @@ impl Measured {
     /// The sums of a row.
     pub const SUMS: usize = 2;
 
+    /// Where those of a row are.
+    pub fn of_row(row: usize) -> Range<usize> {
+        row * Self::SUMS..(row + 1) * Self::SUMS
+    }
+
     /// The largest of both.
-    fn add(&mut self, other: Self) {
-        self.divergence = rows::largest([self.divergence, other.divergence]);
-        self.speed = rows::largest([self.speed, other.speed]);
+    fn add(&mut self, [divergence, speed]: [f64; 2]) {
+        self.divergence = rows::largest([self.divergence, divergence]);
+        self.speed = rows::largest([self.speed, speed]);
     }
 
     /// Writes the sums of a row.
@@ -100,48 +105,52 @@ impl Measured {
     }
 }
 
-/// Calls `divergence` with the faces around a row in every slot of the batch and 1 / h. It returns max |div v| and max |v|, of which this is
-/// the largest.
-pub fn divergence_in_row<T: Real>(
-    grid: &Grid,
-    batch: Batch,
+/// div v at a row in some slots, to `outs`, one slice a slot, unless there is none; max |div v| and max |v|. `of` gives the faces of an axis and a row in
+/// these slots; `scratch` holds a row of one slot.
+pub fn divergence_in_row<'v, T: Real>(
+    (grid, solids): (&Grid, Solids<'_>),
     row: usize,
-    v: Vector<'_, T>,
-    mut divergence: impl FnMut(&RowFaces<'_, T>, [T; 3]) -> [f64; 2],
+    of: impl Fn(usize, usize) -> &'v [T],
+    outs: &mut [&mut [T]],
+    scratch: &mut [T],
 ) -> Measured {
     let scales = grid.h.map(|h| T::from_f64(1.0 / h));
-    let above = |axis: usize| grid.neighbour(row, axis, Side::High);
-    let next = [above(1), if grid.dims > 2 { above(2) } else { None }];
-    let end = grid.axis(0).cell(grid.n[0] as isize);
+    let above = |axis: usize| match grid.neighbour(row, axis, Side::High) {
+        Some(above) => of(axis, above),
+        None => &[],
+    };
+    let deep = grid.dims > 2;
+    let faces = RowFaces {
+        nx: grid.n[0],
+        low: [of(0, row), of(1, row), if deep { of(2, row) } else { &[] }],
+        end: grid.axis(0).cell(grid.n[0] as isize),
+        high: [above(1), if deep { above(2) } else { &[] }],
+    };
     let mut measured = Measured::default();
-    for index in 0..batch.count {
-        let slot = batch.slot(grid, index);
-        let of = |axis: usize, row: Option<usize>| row.map_or(&[][..], |row| slot.of(v[axis], row));
-        let x = slot.of(v[0], row);
-        let low = [x, of(1, Some(row)), of(2, (grid.dims > 2).then_some(row))];
-        let faces = RowFaces {
-            low,
-            end: end.map_or(T::ZERO, |first| x[first]),
-            high: [of(1, next[0]), of(2, next[1])],
+    if !grid.is_open() {
+        measured.add(divergence(&faces, scales, outs));
+        return measured;
+    }
+    let scratch = rows::part_mut(scratch, 0..grid.n[0]);
+    for slot in 0..faces.slots() {
+        let out = match outs.get_mut(slot) {
+            Some(out) => &mut **out,
+            None => &mut *scratch,
         };
-        let [divergence, speed] = divergence(&faces, scales);
-        measured.add(Measured { divergence, speed });
+        let found = divergence(&faces.slot(slot), scales, &mut [&mut *out]);
+        measured.add(inside((grid, solids), row, found, out));
     }
     measured
 }
 
 /// Sets the divergence of a row to 0 outside the box, where the flow that passes exits ends; max |div v| and max |v| of the rest, of which
 /// `found` are those of all.
-pub fn inside<T: Real>(
-    grid: &Grid,
-    solids: Solids<'_>,
+fn inside<T: Real>(
+    (grid, solids): (&Grid, Solids<'_>),
     row: usize,
     found: [f64; 2],
     divergence: &mut [T],
 ) -> [f64; 2] {
-    if !grid.is_open() {
-        return found;
-    }
     solids.clear(grid.n[0], row, OUTSIDE, divergence);
     // Where the flow is not finite both say so.
     let largest = if found[1].is_finite() {
@@ -152,29 +161,32 @@ pub fn inside<T: Real>(
     [largest, found[1]]
 }
 
-/// v -= grad q and, unless p is empty, p -= q in a row. `fields` are that row of the components of v and of p, `span` the slots in them,
-/// and `block` is how q is stored.
-pub fn subtract_gradient_in_row<T: Real>(
-    block: &Block<'_>,
-    row: usize,
-    q: &[T],
-    span: Range<usize>,
-    fields: &mut [&mut [T]; 4],
-    scratch: &mut [T],
-) {
-    let [v0, v1, v2, p] = fields;
-    for (axis, v) in [v0, v1, v2].into_iter().enumerate().take(block.grid.dims) {
-        add_gradient(
-            block,
-            row,
-            axis,
-            -T::ONE,
-            q,
-            &mut v[span.clone()],
-            &mut scratch[..block.len()],
-        );
-    }
+/// v -= grad q and, unless p is empty, p -= q in a row of one slot, of which `fields` are the components of v and p; q is a field of cells.
+pub fn subtract_gradient_in_row<T: Real>(grid: &Grid, row: usize, q: &[T], fields: [&mut [T]; 4]) {
+    let nx = grid.n[0];
+    let of = |row: usize| rows::part(q, row * nx..(row + 1) * nx);
+    let low = |axis: usize| match grid.neighbour(row, axis, Side::Low) {
+        Some(low) => of(low),
+        None => &[],
+    };
+    let own = of(row);
+    let cells = RowCells {
+        own,
+        before: own
+            .get(grid.axis(0).cell(-1).unwrap_or(0))
+            .copied()
+            .unwrap_or(T::ZERO),
+        low: [low(1), if grid.dims > 2 { low(2) } else { &[] }],
+    };
+    let [x, y, z, p] = fields;
+    let scales = grid.h.map(|h| -T::ONE * T::from_f64(1.0 / h));
+    add_gradients(&cells, scales, [x, y, z]);
     if !p.is_empty() {
-        rows::sub(&mut p[span], block.of(q, row));
+        rows::sub(p, own);
     }
+}
+
+/// The components of v before those of p.
+pub fn velocity<'v, T>(fields: &'v [&mut [T]; 4]) -> Vector<'v, T> {
+    [&*fields[0], &*fields[1], &*fields[2]]
 }

@@ -16,9 +16,8 @@ use crate::grid::levels::Levels;
 use crate::grid::solids::{Solids, closed};
 use crate::memory::{Pool, Sharing, pooled};
 use crate::observe::Observer;
-use crate::operators::divergence::divergence;
 use crate::real::Real;
-use batch::{Batch, MAX_BATCH, Measured, divergence_in_row, inside};
+use batch::{Batch, MAX_BATCH, Measured, divergence_in_row, velocity};
 use core::ops::ControlFlow;
 use spectral::Spectral;
 
@@ -86,12 +85,9 @@ impl<'a, T: Real> Projection<'a, T> {
                 grid.rows(),
                 RowBuffers::sums(&mut *sums).with_scratch(scratch),
                 |task| {
-                    let out = rows::part_mut(task.scratch, 0..grid.n[0]);
-                    divergence_in_row(grid, batch, task.row, v, |faces, scales| {
-                        let found = divergence(faces, scales, out);
-                        inside(grid, solids, task.row, found, out)
-                    })
-                    .write(task.sums);
+                    let block = batch.block(grid);
+                    let of = |axis: usize, row: usize| block.of(v[axis], row);
+                    divergence_in_row((grid, solids), task.row, of, &mut [], task.scratch).write(task.sums);
                 },
             );
             let Measured { divergence, speed } = Measured::read(exec, grid, sums);
@@ -152,21 +148,23 @@ impl<'a, T: Real> Projection<'a, T> {
         tolerance: f64,
         sums: &mut [f64],
     ) -> ControlFlow<(), f64> {
-        let mut goal = None;
-        for pass in 0.. {
-            let v = [&*fields[0], &*fields[1], &*fields[2]];
-            let Measured { divergence, speed } = self.solver.divergence(exec, batch, v, sums);
-            let goal = *goal.get_or_insert_with(|| {
-                (tolerance * divergence).max(4.0 * T::EPSILON * speed / self.grid.h[0])
-            });
-            if pass == PASSES || !(divergence > goal) {
-                return ControlFlow::Continue(divergence);
+        let solver = &mut self.solver;
+        let Measured {
+            mut divergence,
+            speed,
+        } = solver.divergence(exec, batch, velocity(fields), sums);
+        let goal = (tolerance * divergence).max(4.0 * T::EPSILON * speed / self.grid.h[0]);
+        for pass in 0..PASSES {
+            if !(divergence > goal) {
+                break;
             }
-            self.solver.solve(exec, observer, batch, 0.5 * goal, None)?;
-            self.solver.subtract_gradient(exec, batch, fields);
-            let [v0, v1, v2, _] = fields;
-            self.close(exec, &mut [&mut **v0, &mut **v1, &mut **v2]);
+            if pass > 0 {
+                // The right-hand side of the correction; the pass before only measured it.
+                solver.divergence(exec, batch, velocity(fields), sums);
+            }
+            solver.solve(exec, observer, batch, 0.5 * goal, None)?;
+            divergence = solver.subtract_gradient(exec, batch, fields, sums).divergence;
         }
-        ControlFlow::Continue(f64::NAN)
+        ControlFlow::Continue(divergence)
     }
 }

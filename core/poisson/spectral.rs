@@ -1,18 +1,17 @@
 //! Poisson's problem by eigenvectors: a transform along every axis, a division by the eigenvalues, and back, slot by slot.
 
-use super::batch::{Batch, MAX_BATCH, Measured, divergence_in_row, inside, subtract_gradient_in_row};
+use super::batch::{Batch, MAX_BATCH, Measured, divergence_in_row, subtract_gradient_in_row, velocity};
 use super::{conjugate, eigen};
-use crate::exec::{Exec, RowBuffers, Serial, for_rows};
+use crate::exec::{Exec, RowBuffers, Serial, Slabs, for_rows, for_slabs};
 use crate::field::turned::Turned;
-use crate::field::{Block, Vector};
-use crate::grid::Grid;
-use crate::grid::solids::Solids;
+use crate::field::{Vector, rows};
+use crate::grid::solids::{Solids, closed};
 use crate::grid::spectrum::Spectrum;
+use crate::grid::{Grid, Side};
 use crate::memory::Pool;
 use crate::observe::{Event, Observer};
-use crate::operators::divergence::divergence;
 use crate::real::Real;
-use core::ops::ControlFlow;
+use core::ops::{ControlFlow, Range};
 
 /// The workspace: potentials slot by slot, each with the cells of a slot side by side.
 #[derive(Debug)]
@@ -61,21 +60,20 @@ impl<'a, T: Real> Spectral<'a, T> {
         sums: &mut [f64],
     ) -> Measured {
         let (grid, solids) = (self.grid, self.solids);
-        let sums = &mut sums[..Measured::SUMS * grid.rows()];
-        let mut slots = self.q.chunks_exact_mut(grid.cells()).take(batch.count);
+        let sums = rows::part_mut(sums, 0..Measured::SUMS * grid.rows());
+        let mut slots = self.q.chunks_exact_mut(grid.cells().max(1)).take(batch.count);
         let fields: [_; MAX_BATCH] = core::array::from_fn(|_| slots.next().unwrap_or(&mut []));
         for_rows(
             exec,
             grid.rows(),
             RowBuffers::fields(fields).with_sums(&mut *sums),
-            |task| {
-                let mut slots = task.fields.into_iter();
-                divergence_in_row(grid, batch, task.row, v, |faces, scales| {
-                    let out = slots.next().unwrap_or(&mut []);
-                    let found = divergence(faces, scales, out);
-                    inside(grid, solids, task.row, found, out)
-                })
-                .write(task.sums);
+            |mut task| {
+                let (block, outs) = (
+                    batch.block(grid),
+                    rows::part_mut(&mut task.fields, 0..batch.count),
+                );
+                let of = |axis: usize, row: usize| block.of(v[axis], row);
+                divergence_in_row((grid, solids), task.row, of, outs, &mut []).write(task.sums);
             },
         );
         Measured::read(exec, grid, sums)
@@ -135,34 +133,88 @@ impl<'a, T: Real> Spectral<'a, T> {
         self.q
     }
 
-    /// v -= grad q and, unless p is empty, p -= q; `fields` are the components of v and p.
-    pub fn subtract_gradient(&mut self, exec: &dyn Exec, batch: Batch, fields: &mut [&mut [T]; 4]) {
-        let grid = self.grid;
-        let q = &*self.q;
-        let fields = fields.each_mut().map(|field| &mut **field);
-        for_rows(
-            exec,
-            grid.rows(),
-            RowBuffers::fields(fields).with_scratch(&mut *self.scratch),
-            |task| {
-                let mut fields = task.fields;
-                let alone = Block {
-                    grid,
-                    slots: 1,
-                    first: 0,
-                    count: 1,
-                };
-                for (index, q) in q.chunks_exact(grid.cells()).take(batch.count).enumerate() {
-                    subtract_gradient_in_row(
-                        &alone,
-                        task.row,
-                        q,
-                        batch.slot(grid, index).span_in_row(),
-                        &mut fields,
-                        task.scratch,
-                    );
+    /// v -= grad q, 0 at closed faces, and, unless p is empty, p -= q; `fields` are the components of v and p. Returns max |div v| and max |v| after.
+    /// `sums` holds two values a row.
+    pub fn subtract_gradient(
+        &mut self,
+        exec: &dyn Exec,
+        batch: Batch,
+        fields: &mut [&mut [T]; 4],
+        sums: &mut [f64],
+    ) -> Measured {
+        let (grid, solids, q) = (self.grid, self.solids, &*self.q);
+        let (block, nx) = (batch.block(grid), grid.n[0]);
+        let sums = rows::part_mut(sums, 0..Measured::SUMS * grid.rows());
+        let lag = Lag::new(exec, grid, block.len());
+        let len = batch.slots * nx;
+        let buffers = RowBuffers::fields(fields.each_mut().map(|field| &mut **field))
+            .with_sums(&mut *sums)
+            .with_scratch(&mut *self.scratch);
+        for_slabs(exec, lag.slabs, buffers, |task| {
+            let (all, mut fields) = (task.rows, task.fields);
+            let here = |row: usize| {
+                let start = (row - all.start) * len + batch.first * nx;
+                start..start + block.len()
+            };
+            for (index, row) in all.clone().enumerate() {
+                let mut slots = fields
+                    .each_mut()
+                    .map(|field| rows::part_mut(field, here(row)).chunks_exact_mut(nx.max(1)));
+                for q in q.chunks_exact(grid.cells().max(1)).take(batch.count) {
+                    let fields = slots.each_mut().map(|slots| slots.next().unwrap_or(&mut []));
+                    subtract_gradient_in_row(grid, row, q, fields);
                 }
-            },
-        );
+                if solids.there() {
+                    for (axis, faces) in fields.iter_mut().enumerate().take(grid.dims) {
+                        solids.clear(nx, row, closed(axis), rows::part_mut(faces, here(row)));
+                    }
+                }
+                let Some(row) = index.checked_sub(lag.rows).map(|index| all.start + index) else {
+                    continue;
+                };
+                if lag.is_within(grid, row, &all) {
+                    let of = |axis: usize, row: usize| rows::part(&*fields[axis], here(row));
+                    let sums = rows::part_mut(task.sums, Measured::of_row(row - all.start));
+                    divergence_in_row((grid, solids), row, of, &mut [], task.scratch).write(sums);
+                }
+            }
+        });
+        let v = velocity(fields);
+        let buffers = RowBuffers::sums(&mut *sums).with_scratch(&mut *self.scratch);
+        for_rows(exec, grid.rows(), buffers, |task| {
+            if !lag.is_within(grid, task.row, &lag.slabs.rows_of(lag.slabs.slab_of(task.row))) {
+                let of = |axis: usize, row: usize| block.of(v[axis], row);
+                divergence_in_row((grid, solids), task.row, of, &mut [], task.scratch).write(task.sums);
+            }
+        });
+        Measured::read(exec, grid, sums)
+    }
+}
+
+/// Which rows are measured so many rows after they were written, while they and those above them are in the cache; the others are at the end of a slab, or
+/// have a row above them that a ring brings round.
+#[derive(Clone, Copy, Debug)]
+struct Lag {
+    /// Those of one task each.
+    slabs: Slabs,
+    /// From a row to the farthest one above it.
+    rows: usize,
+}
+
+impl Lag {
+    fn new(exec: &dyn Exec, grid: &Grid, row_len: usize) -> Self {
+        let rows = if grid.dims > 2 { grid.n[1] } else { 1 };
+        Self {
+            slabs: Slabs::among(exec, grid.rows(), row_len, 4 * rows),
+            rows,
+        }
+    }
+
+    /// Whether `row`, of the slab `of`, is one of those.
+    fn is_within(self, grid: &Grid, row: usize, of: &Range<usize>) -> bool {
+        let written = of.start..row + self.rows + 1;
+        let above = |axis: usize| grid.neighbour(row, axis, Side::High);
+        written.end <= of.end
+            && (1..grid.dims).all(|axis| above(axis).is_none_or(|above| written.contains(&above)))
     }
 }

@@ -2,7 +2,7 @@
 
 use super::advect::{Trace, Tracer, for_row};
 use super::cells::Cells;
-use crate::exec::{Exec, Slabs, for_slabs, join};
+use crate::exec::{Exec, RowBuffers, Slabs, for_slabs, join};
 use crate::field::{Vector, VectorMut, reborrow, view};
 use crate::real::Real;
 
@@ -126,15 +126,20 @@ fn scatter_all<T: Real, const D: usize>(
         .take(D)
         .map(|(to, g)| (&mut **to, g))
         .collect();
-    for_slabs(exec, Slabs::new(D, D, 1), [&mut tasks[..]], &mut [], |slab| {
-        for (to, g) in slab.fields.into_iter().flatten() {
-            for row in 0..cells.rows() {
-                for_row(cells, tracer, v, row, |_, place, trace| {
-                    scatter(tracer, &trace, value_at(g, place), to)
-                });
+    for_slabs(
+        exec,
+        Slabs::new(D, D, 1),
+        RowBuffers::fields([&mut tasks[..]]),
+        |slab| {
+            for (to, g) in slab.fields.into_iter().flatten() {
+                for row in 0..cells.rows() {
+                    for_row(cells, tracer, v, row, |_, place, trace| {
+                        scatter(tracer, &trace, value_at(g, place), to)
+                    });
+                }
             }
-        }
-    });
+        },
+    );
 }
 
 #[inline(always)]

@@ -93,13 +93,19 @@ fn every_row_is_in_one_slab() {
                 && (0..slabs.count()).all(|slab| slabs.rows_of(slab).len() >= least.min(ROWS))
         );
         on_threads(|exec| {
-            let mut field = vec![0f32; ROWS];
-            for_slabs(exec, slabs, [&mut field], &mut [], |task| {
+            let (mut field, mut sums) = (vec![0f32; ROWS], vec![0.0; 2 * ROWS]);
+            let buffers = RowBuffers::fields([&mut field]).with_sums(&mut sums);
+            for_slabs(exec, slabs, buffers, |task| {
                 let ([elements], rows) = (task.fields, task.rows);
                 assert!(rows.clone().all(|row| slabs.rows_of(slabs.slab_of(row)) == rows));
-                rows.zip(elements.chunks_exact_mut(1))
-                    .for_each(|(row, elements)| mark(elements, row));
+                let sums = task.sums.chunks_exact_mut(2);
+                for ((row, elements), sums) in rows.zip(elements.chunks_exact_mut(1)).zip(sums) {
+                    mark(elements, row);
+                    sums[1] = row as f64;
+                }
             });
+            let numbers = sums.chunks_exact(2).enumerate();
+            assert!(numbers.into_iter().all(|(row, sums)| sums == [0.0, row as f64]));
             assert!(
                 marked(&field, 1, |_| true),
                 "{count} slabs on {} threads",

@@ -111,6 +111,9 @@ fn reaches<T: Real>(tolerance: f64, grids: &[(&[usize], &str)], counts: &[usize]
                 "{what}: {before:e} to {after:e}"
             );
             assert_close(&what, done.divergence.unwrap(), after, after.max(floor), 1.0);
+            // What is measured while rows are written is what is measured of all of them afterwards.
+            let measured = project(&grid, slots, &mut v, None, f64::MAX, usize::MAX);
+            assert_eq!(done.divergence, measured.divergence, "{what}");
             for (axis, component) in v.iter().enumerate().take(grid.dims) {
                 let naive = Naive::new(&grid);
                 let walls = (0..slots)
