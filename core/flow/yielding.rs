@@ -10,7 +10,8 @@
 
 use super::conjugate::{self, Fields, Goal};
 use super::data::add_divergence_price;
-use crate::exec::Exec;
+use crate::exec::{Exec, RowBuffers, for_rows};
+use crate::field::rows::part;
 use crate::field::trajectory::{Shape, add, dot};
 use crate::field::{Vector, VectorMut, reborrow, view};
 use crate::grid::levels::Levels;
@@ -18,8 +19,8 @@ use crate::grid::solids::Solids;
 use crate::grid::{D2, D3, Grid, Side, Space};
 use crate::memory::{Pool, Sharing};
 use crate::observe::Observer;
-use crate::operators::plaquette::Drag;
-use crate::operators::self_advection::{Fluid, Reads, Start, for_blocks, scratch_per_thread};
+use crate::operators::drag::combine;
+use crate::operators::self_advection::{Fluid, scratch_per_thread};
 use crate::poisson::Projection;
 use crate::real::Real;
 use crate::transport::Stop;
@@ -217,27 +218,20 @@ impl<T: Real> Law<'_, T> {
             viscosity: self.weight(),
             solids: self.solids,
         };
-        let reads = Reads::new(Drag(T::from_f64(fluid.viscosity)), w, [&[]; 3]);
-        let (quarter, start) = (T::from_f64(0.25 * PENALTY), Start::Zero);
-        for_blocks::<T, S, _, _>(
-            exec,
-            fluid,
-            reads,
-            start,
-            reborrow(out),
-            scratch,
-            |block, row, parts, _| {
-                for (axis, part) in parts.iter_mut().enumerate().take(S::DIM) {
-                    let w = block.of(w[axis], row);
-                    for (x, (out, &w)) in part.iter_mut().zip(w).enumerate() {
-                        let here = grid.cell_at(row, x);
-                        let low = grid.beside(here, axis, Side::Low).unwrap_or(here);
-                        let of = |at| importance.get(grid.index(at)).copied().unwrap_or(T::ONE);
-                        let twice = of(low) + of(here);
-                        *out += w + quarter * (twice * twice) * w;
-                    }
+        combine::<T, S>(exec, fluid, [1.0, 1.0, 0.0], w, w, reborrow(out), scratch);
+        let quarter = T::from_f64(0.25 * PENALTY);
+        for_rows(exec, grid.rows(), RowBuffers::fields(reborrow(out)), |task| {
+            for (axis, out) in task.fields.into_iter().enumerate().take(S::DIM) {
+                let first = task.row * grid.n[0];
+                let w = part(w[axis], first..first + grid.n[0]);
+                for (x, (out, &w)) in out.iter_mut().zip(w).enumerate() {
+                    let here = grid.cell_at(task.row, x);
+                    let low = grid.beside(here, axis, Side::Low).unwrap_or(here);
+                    let of = |at| importance.get(grid.index(at)).copied().unwrap_or(T::ONE);
+                    let twice = of(low) + of(here);
+                    *out += quarter * (twice * twice) * w;
                 }
-            },
-        );
+            }
+        });
     }
 }

@@ -5,10 +5,10 @@
 
 use crate::exec::Exec;
 use crate::field::trajectory::{self, Shape};
-use crate::field::{Vector, VectorMut, reborrow, rows, view};
+use crate::field::{Vector, VectorMut, reborrow, view};
 use crate::grid::{Grid, Space};
-use crate::operators::plaquette::Drag;
-use crate::operators::self_advection::{Fluid, Reads, Start, for_blocks};
+use crate::operators::drag::combine;
+use crate::operators::self_advection::Fluid;
 use crate::real::Real;
 
 /// What of B B^-1 - 1 may be left by [`solve`].
@@ -25,36 +25,6 @@ pub fn apply<T: Real, S: Space>(
     scratch: &mut [T],
 ) {
     combine::<T, S>(exec, fluid, [1.0, 1.0, 0.0], w, w, out, scratch);
-}
-
-/// `out = a x + b s^2 C^T C x + c y` in every slot.
-fn combine<T: Real, S: Space>(
-    exec: &dyn Exec,
-    fluid: Fluid<'_>,
-    [a, b, c]: [f64; 3],
-    x: Vector<'_, T>,
-    y: Vector<'_, T>,
-    out: VectorMut<'_, T>,
-    scratch: &mut [T],
-) {
-    let reads = Reads::new(Drag(T::from_f64(b * fluid.viscosity)), x, [&[]; 3]);
-    let [a, c] = [a, c].map(T::from_f64);
-    for_blocks::<T, S, _, _>(
-        exec,
-        fluid,
-        reads,
-        Start::Zero,
-        out,
-        scratch,
-        |block, row, parts, _| {
-            for (axis, part) in parts.iter_mut().enumerate().take(S::DIM) {
-                rows::add_scaled(part, a, block.of(x[axis], row));
-                if c != T::ZERO {
-                    rows::add_scaled(part, c, block.of(y[axis], row));
-                }
-            }
-        },
-    );
 }
 
 /// The steps of [`solve`], of which number `step` goes so far; `None` after the last. `smoothing` is s^2.

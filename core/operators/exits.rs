@@ -12,7 +12,7 @@
 use crate::field::rows::{part, part_mut};
 use crate::field::{Block, Vector};
 use crate::grid::solids::{OUTSIDE, Solids, exit};
-use crate::operators::plaquette::{Adjoint, Advection, Bend, Derivative, Drag};
+use crate::operators::plaquette::{Adjoint, Advection, Bend, Derivative};
 use crate::real::Real;
 
 /// What a rule of the plaquettes does at exits.
@@ -37,12 +37,6 @@ impl<T: Real> AtExits<T> for Derivative<T> {
 impl<T: Real> AtExits<T> for Adjoint<T> {
     fn leaving(self, out: T, second: T) -> T {
         out.max(T::ZERO) * second
-    }
-}
-
-impl<T: Real> AtExits<T> for Drag<T> {
-    fn leaving(self, _out: T, _second: T) -> T {
-        T::ZERO
     }
 }
 

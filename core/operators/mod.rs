@@ -3,6 +3,7 @@
 pub mod blur;
 pub mod curl;
 pub mod divergence;
+pub mod drag;
 pub mod exits;
 pub mod plaquette;
 pub mod refine;

@@ -45,7 +45,7 @@ pub trait Rule<T>: Copy {
     /// Reads the velocities at four faces (and those of a second field) and overwrites the four contributions.
     fn contribute(self, velocity: Quad<'_, T>, second: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]);
 
-    /// The nu by which the flow [sticks](super::sticking) to surfaces: 0 of what sticks to none, as the curls of forces.
+    /// The nu by which the flow [sticks](super::sticking) to surfaces: 0 of what sticks to none.
     fn sticking(self) -> T;
 }
 
@@ -151,34 +151,6 @@ impl<T: Real> Rule<T> for Adjoint<T> {
     }
 }
 
-/// nu C^T C v alone. It holds nu.
-#[derive(Clone, Copy, Debug)]
-pub struct Drag<T>(pub T);
-
-multiversion! {
-    fn drag[T: Real](viscosity: T, v: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
-        let [am, ap, bm, bp] = v;
-        let [am_out, ap_out, bm_out, bp_out] = out;
-        let of_a = am_out.iter_mut().zip(ap_out).zip(am.iter().zip(ap));
-        let of_b = bm_out.iter_mut().zip(bp_out).zip(bm.iter().zip(bp));
-        for (((am_out, ap_out), (&am, &ap)), ((bm_out, bp_out), (&bm, &bp))) in of_a.zip(of_b) {
-            let drag = viscosity * Plaquette::new([am, ap], [bm, bp], inverse, T::HALF).omega;
-            (*am_out, *ap_out) = (drag * inverse[1], -(drag * inverse[1]));
-            (*bm_out, *bp_out) = (-(drag * inverse[0]), drag * inverse[0]);
-        }
-    }
-}
-
-impl<T: Real> Rule<T> for Drag<T> {
-    fn contribute(self, velocity: Quad<'_, T>, _second: Quad<'_, T>, inverse: [T; 2], out: [&mut [T]; 4]) {
-        drag(self.0, velocity, inverse, out);
-    }
-
-    fn sticking(self) -> T {
-        T::ZERO
-    }
-}
-
 /// J(v)^T m alone, as [`Adjoint`] without viscosity.
 #[derive(Clone, Copy, Debug)]
 pub struct Bend;
@@ -193,7 +165,7 @@ impl<T: Real> Rule<T> for Bend {
     }
 }
 
-/// Rows of scratch that [`accumulate`] needs.
+/// Rows of scratch that [`accumulate`] needs, and the most rows of vorticity around those of the faces, which [`drag`](super::drag) gathers from.
 pub const SCRATCH_ROWS: usize = 7;
 
 /// Adds what all plaquettes do to the faces of `row`: `out[a] +=` the contributions of `rule` at v and `second`.

@@ -95,10 +95,9 @@ fn symmetric_and_roughly_undone() {
     is_symmetric_and_roughly_undone::<D3>(&[5, 6, 4], "pww");
 }
 
-#[test]
-fn the_price_is_that_of_viscosity() {
+fn is_that_of_viscosity<S: Space>(cells: &[usize], ends: &str) {
     let mut random = Random::new(62);
-    let grid = grid(&[10, 7], "wp");
+    let grid = grid(cells, ends);
     let prices = Prices {
         grid: &grid,
         cells: 1.5,
@@ -107,7 +106,7 @@ fn the_price_is_that_of_viscosity() {
     let rest = zeros::<f64>(&grid, SLOTS);
     let mut drag = zeros(&grid, SLOTS);
     let mut scratch = vec![0.0; scratch_per_thread(&grid, SLOTS)];
-    self_advection::apply_derivative::<f64, D2>(
+    self_advection::apply_derivative::<f64, S>(
         &Serial,
         prices.fluid(),
         view(&rest),
@@ -115,7 +114,7 @@ fn the_price_is_that_of_viscosity() {
         view_mut(&mut drag),
         &mut scratch,
     );
-    let priced = prices.apply::<f64, D2>(&w);
+    let priced = prices.apply::<f64, S>(&w);
     for ((priced, drag), w) in priced
         .iter()
         .flatten()
@@ -124,7 +123,17 @@ fn the_price_is_that_of_viscosity() {
     {
         assert!(
             (priced - (w + drag)).abs() < 1e-12 * (1.0 + drag.abs()),
-            "{priced} {drag} {w}"
+            "{cells:?} {ends}: {priced} {drag} {w}"
         );
     }
+}
+
+#[test]
+fn the_price_is_that_of_viscosity() {
+    is_that_of_viscosity::<D2>(&[10, 7], "wp");
+    is_that_of_viscosity::<D2>(&[40, 6], "pw");
+    is_that_of_viscosity::<D2>(&[2, 3], "ww");
+    is_that_of_viscosity::<D3>(&[5, 6, 4], "www");
+    is_that_of_viscosity::<D3>(&[6, 3, 5], "pwp");
+    is_that_of_viscosity::<D3>(&[35, 3, 2], "wpw");
 }
