@@ -1,6 +1,7 @@
 //! C^T C, minus the Laplacian of a field without divergence: what viscosity does, and what makes fine forces dear. C is the vorticity at the
 //! [plaquettes](super::plaquette), which every face gathers from those around it; rules that are not linear in one field hand it out to the faces instead.
 
+use super::plaquette::Plaquette;
 use super::self_advection::Fluid;
 use crate::exec::{Exec, RowBuffers, for_rows};
 use crate::field::rows::{part, part_mut};
@@ -30,7 +31,7 @@ pub fn combine<T: Real, S: Space>(
             let around = Around::new::<S>((&block, task.row, fluid.solids), nu, x, task.scratch);
             for (axis, field) in fields.iter_mut().enumerate().take(S::DIM) {
                 let out = part_mut(field, block.span_in_row());
-                let [x, y] = [x, y].map(|field| block.of(along(&field, axis), task.row));
+                let [x, y] = [x, y].map(|field| block.of(at(&field, axis), task.row));
                 around.gather::<S>(axis, factors, [x, y], out);
             }
         }
@@ -85,7 +86,7 @@ impl<'b, T: Real> Around<'b, T> {
                 (a, above_a, 1.0)
             };
             *term = Term {
-                factor: T::from_f64(sign / along(&grid.h, other)),
+                factor: T::from_f64(sign / at(&grid.h, other)),
                 own,
                 next: if other == 0 {
                     part(own, 1..own.len())
@@ -147,14 +148,10 @@ impl<T: Real> Default for Term<'_, T> {
     }
 }
 
-/// What is there along an axis, or at a place; nothing beyond.
+/// The value at a place, or of an axis; nothing where there is none.
 #[inline(always)]
-fn at<T: Real>(values: &[T], place: usize) -> T {
-    values.get(place).copied().unwrap_or(T::ZERO)
-}
-
-fn along<T: Copy + Default>(of_axes: &[T], axis: usize) -> T {
-    of_axes.get(axis).copied().unwrap_or_default()
+fn at<T: Copy + Default>(values: &[T], place: usize) -> T {
+    values.get(place).copied().unwrap_or_default()
 }
 
 /// What a face gets from pairs of plaquettes: 1 / h, at its own, at the next one.
@@ -199,11 +196,11 @@ fn vorticity<T: Real>(
     if [a, b].iter().any(|&axis| axis > 0 && grid.wall_below(row, axis)) {
         return out.fill(T::ZERO);
     }
-    let inverse = [a, b].map(|axis| T::from_f64(1.0 / along(&grid.h, axis)));
-    let [of_a, of_b] = [a, b].map(|axis| block.of(along(&x, axis), row));
+    let inverse = [a, b].map(|axis| T::from_f64(1.0 / at(&grid.h, axis)));
+    let [of_a, of_b] = [a, b].map(|axis| block.of(at(&x, axis), row));
     let below = |axis: usize, of: usize| {
         let low = grid.neighbour(row, axis, Side::Low).unwrap_or(row);
-        block.of(along(&x, of), low)
+        block.of(at(&x, of), low)
     };
     if a > 0 && b > 0 {
         curl(nu, [below(b, a), of_a], [below(a, b), of_b], inverse, out);
@@ -237,7 +234,8 @@ fn vorticity<T: Real>(
                 }
             });
             if let Some(out) = out.first_mut() {
-                *out = nu * curl_of([low_a, at(of_a, first)], [low_b, at(of_b, first)], inverse);
+                let (a, b) = ([low_a, at(of_a, first)], [low_b, at(of_b, first)]);
+                *out = nu * Plaquette::new(a, b, inverse, T::HALF).omega;
             }
         }
         block.clear_closed(0, row, out);
@@ -247,18 +245,12 @@ fn vorticity<T: Real>(
     }
 }
 
-/// (B+ - B-) / h_a - (A+ - A-) / h_b.
-#[inline(always)]
-fn curl_of<T: Real>(a: [T; 2], b: [T; 2], inverse: [T; 2]) -> T {
-    (b[1] - b[0]) * inverse[0] - (a[1] - a[0]) * inverse[1]
-}
-
 multiversion! {
-    /// nu times [`curl_of`] of rows.
+    /// `out` = nu times the vorticity at a row of plaquettes, from the faces [A-, A+] and [B-, B+].
     fn curl[T: Real](nu: T, a: [&[T]; 2], b: [&[T]; 2], inverse: [T; 2], out: &mut [T]) {
         let faces = a[0].iter().zip(a[1]).zip(b[0].iter().zip(b[1]));
         for (out, ((&am, &ap), (&bm, &bp))) in out.iter_mut().zip(faces) {
-            *out = nu * curl_of([am, ap], [bm, bp], inverse);
+            *out = nu * Plaquette::new([am, ap], [bm, bp], inverse, T::HALF).omega;
         }
     }
 }
