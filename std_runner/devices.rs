@@ -1,7 +1,7 @@
 //! Devices beside the processors, on which a search by the direct method can go: graphics cards, with the feature `gpu`.
 
 use crate::exit::Failure;
-use crate::plan::Planned;
+use crate::plan::{self, PlanOptions, Planned};
 use crate::problem::Precision;
 use crate::scene::Scene;
 use thurible_core::exec::Device;
@@ -23,16 +23,25 @@ pub(crate) trait Searching: Device {
     fn name(&self) -> &str;
     /// What went wrong first, if anything did.
     fn failure(&self) -> Option<String>;
-    /// Bytes that a search takes of its memory, by name.
+    /// Bytes that a search takes.
     ///
     /// # Errors
     /// A sentence, where the search does not fit.
-    fn plan(&self, room: &Room) -> Result<Vec<(&'static str, u64)>, String>;
+    fn plan(&self, room: &Room) -> Result<Taken, String>;
+}
+
+/// What a search on a device takes.
+#[derive(Clone, Debug)]
+pub(crate) struct Taken {
+    /// Bytes of the device's memory, by name.
+    pub lines: Vec<(&'static str, usize)>,
+    /// Bytes of this machine's memory beside the block: steps that are streamed to the device.
+    pub here: usize,
 }
 
 #[cfg(feature = "gpu")]
 mod cards {
-    use super::{Listed, Searching};
+    use super::{Listed, Searching, Taken};
     use thurible_core::exec::device::Room;
     use thurible_gpu::{Gpu, adapters};
 
@@ -45,8 +54,14 @@ mod cards {
             Gpu::failure(self)
         }
 
-        fn plan(&self, room: &Room) -> Result<Vec<(&'static str, u64)>, String> {
-            Gpu::plan(self, room)
+        fn plan(&self, room: &Room) -> Result<Taken, String> {
+            let taken = Gpu::plan(self, room)?;
+            let shown = |bytes: u64| usize::try_from(bytes).unwrap_or(usize::MAX);
+            let lines = taken.lines.iter();
+            Ok(Taken {
+                lines: lines.map(|&(name, bytes)| (name, shown(bytes))).collect(),
+                here: shown(taken.here),
+            })
         }
     }
 
@@ -157,7 +172,7 @@ pub(crate) fn steers(scene: &Scene) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Refuses what a device cannot do yet; the bytes that it takes, by name.
+/// Refuses what a device cannot do yet; the bytes that it takes.
 ///
 /// # Errors
 /// What that is, or that there is not so much memory.
@@ -165,7 +180,8 @@ pub(crate) fn check(
     device: &dyn Searching,
     scene: &Scene,
     planned: &Planned,
-) -> Result<Vec<(&'static str, usize)>, Failure> {
+    options: &PlanOptions,
+) -> Result<Taken, Failure> {
     let refuse = |what: &str| refusal(scene, what);
     if planned.precision != Precision::F32 {
         return Err(refuse("other precision than f32"));
@@ -175,12 +191,9 @@ pub(crate) fn check(
     }
     let room = room(&planned.problem.problem(), planned.plan.params()).map_err(refuse)?;
     let path = scene.document.path().display();
-    let lines = device
+    let taken = device
         .plan(&room)
         .map_err(|why| Failure::Memory(format!("{path}: {why}")))?;
-    let shown = |bytes: u64| usize::try_from(bytes).unwrap_or(usize::MAX);
-    Ok(lines
-        .into_iter()
-        .map(|(name, bytes)| (name, shown(bytes)))
-        .collect())
+    plan::leaves(scene, planned, options, taken.here)?;
+    Ok(taken)
 }

@@ -209,6 +209,26 @@ pub fn choose(scene: &Scene, options: &PlanOptions) -> Result<Planned, Failure> 
     Ok(planned)
 }
 
+/// Refuses a plan that leaves no room under the ceiling for so many bytes more of steps that are streamed to a device.
+pub fn leaves(
+    scene: &Scene,
+    planned: &Planned,
+    options: &PlanOptions,
+    streamed: usize,
+) -> Result<(), Failure> {
+    let needed = block_bytes(&planned.plan).saturating_add(streamed);
+    match ceiling(options) {
+        Some(limit) if streamed > 0 && needed > limit => Err(over(
+            scene.document.path(),
+            "the solve and the steps that are streamed to the device need",
+            (needed, limit),
+            options.limit.is_some(),
+            &["let it take more of the device by --device-memory".into()],
+        )),
+        _ => Ok(()),
+    }
+}
+
 fn over_limit(scene: &Scene, planned: &Planned, options: &PlanOptions, limit: usize) -> Failure {
     let needed = block_bytes(&planned.plan);
     let mut ways = Vec::new();

@@ -112,7 +112,7 @@ pub struct OnDevice {
     /// The device that the search of `direct` goes on: cpu, gpu for the first graphics card, or a part of a name that `thurible devices` lists.
     #[arg(long, value_name = "NAME", default_value = "cpu")]
     pub device: String,
-    /// Ceiling for the device's memory, as in 8GiB [default: none].
+    /// Ceiling for the device's memory, as in 8GiB [default: none]. What does not fit is streamed from this machine's, step by step.
     #[arg(long, value_name = "SIZE", value_parser = bytes::parse)]
     pub device_memory: Option<usize>,
 }

@@ -4,7 +4,7 @@ use super::options::{OnDevice, SceneArguments, Sharing};
 use crate::among::said_by_rank;
 use crate::bytes::{grouped, rounded};
 use crate::console::print;
-use crate::devices::{self, Searching};
+use crate::devices::{self, Searching, Taken};
 use crate::exit::{DONE, Failure};
 use crate::fluids;
 use crate::ledger::{line, print_ledger};
@@ -72,7 +72,9 @@ pub fn run(arguments: &PlanArguments) -> Result<u8, Failure> {
         None => plan::make(&scene, &options)?,
     };
     if let Some(device) = device {
-        return plan_device(device, &scene, &planned, arguments.options.mode());
+        let taken = devices::check(device, &scene, &planned, &options)?;
+        print_taken(device, &scene, &taken, arguments.options.mode());
+        return Ok(DONE);
     }
     let others = others(&planned);
     match arguments.options.mode() {
@@ -88,8 +90,8 @@ pub fn run(arguments: &PlanArguments) -> Result<u8, Failure> {
 }
 
 /// Prints what the search on the finest grid takes of a device.
-fn plan_device(device: &dyn Searching, scene: &Scene, planned: &Planned, mode: Mode) -> Result<u8, Failure> {
-    let lines = devices::check(device, scene, planned)?;
+fn print_taken(device: &dyn Searching, scene: &Scene, taken: &Taken, mode: Mode) {
+    let Taken { lines, here } = taken;
     let all: usize = lines.iter().map(|(_, bytes)| bytes).sum();
     match mode {
         Mode::Human => {
@@ -100,18 +102,27 @@ fn plan_device(device: &dyn Searching, scene: &Scene, planned: &Planned, mode: M
             ));
             let lines = lines.iter().map(|&(name, bytes)| (name, bytes, 0));
             print_ledger(lines, all, ", of the device's own memory");
+            if *here > 0 {
+                print(&format!(
+                    "{:>18}  of this machine's, beside the solve's own: steps that are streamed to the device",
+                    grouped(*here)
+                ));
+            }
         }
         Mode::Json => {
             let each = lines
                 .iter()
                 .map(|(name, bytes)| json!({ "name": name, "bytes": bytes }));
-            let fields =
-                json!({ "device": device.name(), "device_bytes": all, "entries": each.collect::<Vec<_>>() });
+            let fields = json!({
+                "device": device.name(),
+                "device_bytes": all,
+                "streamed_bytes": here,
+                "entries": each.collect::<Vec<_>>(),
+            });
             Display::new(Mode::Json, 0).event("plan", fields);
         }
         Mode::Quiet => {}
     }
-    Ok(DONE)
 }
 
 /// Prints what each of some ranks needs that share a scene, of which none may need more than a ceiling that is given.

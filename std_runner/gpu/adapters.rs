@@ -1,7 +1,8 @@
 //! The devices that there are, and a search on one of them.
 
 use crate::machine::{Bounds, Machine};
-use crate::state::{State, plan};
+use crate::memory::Taken;
+use crate::state::{State, fit};
 use core::fmt;
 use pollster::block_on;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -98,16 +99,18 @@ impl Gpu {
         self.inner().0.failure()
     }
 
-    /// Bytes that a search takes, by name.
+    /// Bytes that a search takes.
     ///
     /// # Errors
     /// A sentence, where it does not fit.
-    pub fn plan(&self, room: &Room) -> Result<Vec<(&'static str, u64)>, String> {
-        let inner = self.inner();
-        let limits = inner.0.limits();
-        let plan = plan(limits, room);
-        plan.check(limits, self.most)?;
-        Ok(plan.lines())
+    pub fn plan(&self, room: &Room) -> Result<Taken, String> {
+        Ok(fit(&self.inner().0, room, self.most)?.taken())
+    }
+
+    /// Bytes that were copied between the device's memory and the machine's so far, where steps are streamed.
+    #[must_use]
+    pub fn streamed(&self) -> u64 {
+        self.inner().0.streamed()
     }
 
     /// What `verb` answers, or `otherwise` where no search was begun.
@@ -135,14 +138,14 @@ impl Device for Gpu {
     fn write(&self, place: Place, row: &mut dyn FnMut(usize, &mut [f32])) {
         self.with((), |state, machine| {
             let (rows, mut values) = state.rows();
-            machine.write(&state.place(place), rows, &mut values, row);
+            machine.write(state.place(place), rows, &mut values, row);
         });
     }
 
     fn read(&self, place: Place, row: &mut dyn FnMut(usize, &[f32])) {
         self.with((), |state, machine| {
             let (rows, mut values) = state.rows();
-            machine.read(&state.place(place), rows, &mut values, row);
+            machine.read(state.place(place), rows, &mut values, row);
         });
     }
 

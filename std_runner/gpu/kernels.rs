@@ -88,6 +88,11 @@ impl Kernel {
         PLACES[self as usize].0
     }
 
+    /// Buffers that it writes, the first ones.
+    pub const fn writes(self) -> usize {
+        if matches!(self, Self::CarryBack) { 3 } else { 1 }
+    }
+
     /// Buffers that it binds.
     pub const fn buffers(self) -> usize {
         FILES[self.file()].buffers as usize

@@ -23,3 +23,4 @@ mod transport;
 
 pub use adapters::{Gpu, Named, adapters};
 pub use machine::Bounds;
+pub use memory::Taken;

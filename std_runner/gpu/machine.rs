@@ -1,7 +1,7 @@
 //! A device that is open: its queue, its kernels, and the numbers that come back.
 
 use crate::kernels::{GROUP, Kernel, Kernels, NUMBERS, Numbers};
-use crate::memory::{Field, Part, Size};
+use crate::memory::{Field, Part, Plan, Size, Streaming};
 use core::num::NonZeroU64;
 use pollster::block_on;
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
@@ -29,6 +29,8 @@ pub struct Bounds {
     pub row: u64,
     /// Groups of a sum at most. As many numbers come back.
     pub partial: usize,
+    /// Steps of a page, each of which is streamed, whatever there is room for.
+    pub paged: Option<usize>,
 }
 
 impl Default for Bounds {
@@ -37,16 +39,67 @@ impl Default for Bounds {
             buffer: u64::MAX,
             row: 32768,
             partial: 1024,
+            paged: None,
         }
     }
 }
 
-/// One kernel over some parts of fields.
-struct Dispatch {
-    kernel: Kernel,
-    bound: BindGroup,
-    numbers: [u8; NUMBERS],
-    groups: [u32; 2],
+/// What waits to be handed over.
+enum Command {
+    /// One kernel over some parts of fields.
+    Dispatch {
+        kernel: Kernel,
+        bound: BindGroup,
+        numbers: [u8; NUMBERS],
+        groups: [u32; 2],
+    },
+    /// A page from its home into a frame, or back.
+    Copy { from: Buffer, to: Buffer, bytes: u64 },
+}
+
+impl Command {
+    fn is_copy(&self) -> bool {
+        matches!(self, Self::Copy { .. })
+    }
+}
+
+/// A page: on the device for good, or at home in the machine's memory and in a frame for as long as it is used.
+enum Page {
+    Stays(Buffer),
+    Streamed {
+        home: Buffer,
+        bytes: u64,
+        frame: Option<usize>,
+    },
+}
+
+/// A place on the device for a page that is streamed.
+struct Frame {
+    buffer: Buffer,
+    page: Option<usize>,
+    /// Whether it differs from the page's home.
+    is_changed: bool,
+    /// The last dispatch that asked for it.
+    used: u64,
+}
+
+/// Pages of the machine's own: sums, and what is bound where there is nothing.
+const OWN: usize = 2;
+const STAYS: BufferUsages = BufferUsages::STORAGE
+    .union(BufferUsages::COPY_SRC)
+    .union(BufferUsages::COPY_DST);
+/// What is mapped to be read lies in the machine's memory, where reading it is quick.
+const HOME: BufferUsages = BufferUsages::MAP_READ
+    .union(BufferUsages::COPY_SRC)
+    .union(BufferUsages::COPY_DST);
+
+fn buffer(device: &Device, name: &'static str, bytes: u64, usage: BufferUsages) -> Buffer {
+    device.create_buffer(&BufferDescriptor {
+        label: Some(name),
+        size: bytes,
+        usage,
+        mapped_at_creation: false,
+    })
 }
 
 /// What went wrong first, if anything did.
@@ -59,7 +112,14 @@ pub struct Machine {
     kernels: Kernels,
     limits: Limits,
     bounds: Bounds,
-    waiting: Vec<Dispatch>,
+    waiting: Vec<Command>,
+    /// Those of the machine, and behind them those of the search.
+    pages: Vec<Page>,
+    frames: Vec<Frame>,
+    /// Dispatches so far.
+    now: u64,
+    /// Bytes that pages were copied by so far.
+    streamed: u64,
     /// Where sums are left, and where they are read.
     sums: Field,
     nothing: Field,
@@ -85,9 +145,11 @@ impl Machine {
         {
             return Err("its driver offers no immediate data (push constants) of 64 bytes".into());
         }
+        // Pages that are streamed have homes that the device copies from and to.
+        let streams = adapter.features() & Features::MAPPABLE_PRIMARY_BUFFERS;
         let described = DeviceDescriptor {
             label: Some("thurible"),
-            required_features: Features::IMMEDIATES,
+            required_features: Features::IMMEDIATES | streams,
             required_limits: limits.clone(),
             ..DeviceDescriptor::default()
         };
@@ -106,14 +168,16 @@ impl Machine {
             }
         });
         let kernels = Kernels::new(&device);
-        let of = |name, numbers| Field::new(&device, Size::new(&limits, name, 1, numbers));
+        let own =
+            [("sums", SUMS), ("nothing", 64)].map(|(name, numbers)| Size::new(&limits, name, 1, numbers));
+        let pages = own.map(|size| Page::Stays(buffer(&device, size.name, size.bytes(), STAYS)));
         let staging = device.create_buffer(&BufferDescriptor {
             label: Some("sums, to be read"),
             size: 4 * SUMS as u64,
             usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let (sums, nothing) = (of("sums", SUMS), of("nothing", 64));
+        let [sums, nothing] = [0, 1].map(|page| Field::new(own[page], page));
         // What a search takes is planned within the bounds.
         let limits = Limits {
             max_storage_buffer_binding_size: limits.max_storage_buffer_binding_size.min(bounds.buffer),
@@ -129,6 +193,10 @@ impl Machine {
             limits,
             bounds,
             waiting: Vec::new(),
+            pages: pages.into(),
+            frames: Vec::new(),
+            now: 0,
+            streamed: 0,
             staging,
             taken: 0,
             staged: 0,
@@ -161,15 +229,53 @@ impl Machine {
         lock(&self.failure).get_or_insert(text);
     }
 
-    /// Takes fields of these sizes, or none of them.
-    pub fn fields(&self, sizes: &[Size]) -> Option<Vec<Field>> {
+    /// Bytes that were copied between the device and homes of pages so far.
+    pub fn streamed(&self) -> u64 {
+        self.streamed
+    }
+
+    /// Takes the fields of a plan in the place of those before, or none of them.
+    pub fn fields(&mut self, plan: &Plan) -> Option<Vec<Field>> {
+        self.flush();
+        self.pages.truncate(OWN);
+        self.frames.clear();
         let scope = self.device.push_error_scope(ErrorFilter::OutOfMemory);
-        let fields: Vec<_> = sizes.iter().map(|&size| Field::new(&self.device, size)).collect();
+        let mut all = Vec::new();
+        let mut take = |name, bytes, usage| {
+            let buffer = buffer(&self.device, name, bytes, usage);
+            all.push(buffer.clone());
+            buffer
+        };
+        let mut fields = Vec::new();
+        for (size, pages) in plan.fields() {
+            fields.push(Field::new(size, self.pages.len()));
+            for (bytes, stays) in pages {
+                self.pages.push(if stays {
+                    Page::Stays(take(size.name, bytes, STAYS))
+                } else {
+                    let home = take("a page's home", bytes, HOME);
+                    Page::Streamed {
+                        home,
+                        bytes,
+                        frame: None,
+                    }
+                });
+            }
+        }
+        let &Streaming { frame, frames, .. } = plan.streaming();
+        for _ in 0..frames {
+            self.frames.push(Frame {
+                buffer: take("a frame", frame, STAYS),
+                page: None,
+                is_changed: false,
+                used: 0,
+            });
+        }
         // All of it is 0 before anything else is done: what the device has not so much of is refused now, and nothing is cleared later on.
         let mut encoder = self
             .device
             .create_command_encoder(&CommandEncoderDescriptor::default());
-        for buffer in fields.iter().flat_map(Field::buffers) {
+        for buffer in &all {
             encoder.clear_buffer(buffer, 0, None);
         }
         self.queue.submit([encoder.finish()]);
@@ -178,21 +284,88 @@ impl Machine {
         (waited && refused.is_none()).then_some(fields)
     }
 
+    /// Makes a plan fit under the ceiling `most`, or says why that cannot be.
+    pub fn fit(&self, plan: Plan, most: Option<u64>) -> Result<Plan, String> {
+        let plan = plan.fit(&self.limits, most, self.bounds.paged)?;
+        let streams = self
+            .device
+            .features()
+            .contains(Features::MAPPABLE_PRIMARY_BUFFERS);
+        if plan.streaming().frames > 0 && !streams {
+            let why = "its driver cannot stream steps (MAPPABLE_PRIMARY_BUFFERS)";
+            return Err(plan.refusal(why));
+        }
+        Ok(plan)
+    }
+
+    /// Where a page is on the device, brought there if need be, for the dispatch `self.now`, which `writes` it or does not.
+    fn bring(&mut self, page: usize, writes: bool) -> Buffer {
+        let index = match &self.pages[page] {
+            Page::Stays(buffer) => return buffer.clone(),
+            Page::Streamed {
+                frame: Some(index), ..
+            } => *index,
+            Page::Streamed { frame: None, .. } => self.exchange(page),
+        };
+        let frame = &mut self.frames[index];
+        frame.used = self.now;
+        frame.is_changed |= writes;
+        frame.buffer.clone()
+    }
+
+    /// Brings a page into the frame that was used least lately.
+    fn exchange(&mut self, page: usize) -> usize {
+        let frames = self.frames.iter().enumerate();
+        let index = frames
+            .min_by_key(|(_, frame)| frame.used)
+            .map_or(0, |(index, _)| index);
+        let frame = &self.frames[index];
+        if frame.page.is_some() && frame.used == self.now {
+            self.fail("more pages than frames in a dispatch".into());
+        }
+        let (before, is_changed, place) = (frame.page, frame.is_changed, frame.buffer.clone());
+        if let Some(Page::Streamed { home, bytes, frame }) = before.map(|before| &mut self.pages[before]) {
+            *frame = None;
+            if is_changed {
+                self.streamed += *bytes;
+                self.waiting.push(Command::Copy {
+                    from: place.clone(),
+                    to: home.clone(),
+                    bytes: *bytes,
+                });
+            }
+        }
+        if let Page::Streamed { home, bytes, frame } = &mut self.pages[page] {
+            *frame = Some(index);
+            self.streamed += *bytes;
+            self.waiting.push(Command::Copy {
+                from: home.clone(),
+                to: place,
+                bytes: *bytes,
+            });
+        }
+        let frame = &mut self.frames[index];
+        (frame.page, frame.is_changed) = (Some(page), false);
+        index
+    }
+
     /// Writes `rows` rows of numbers into a part from its beginning, each as long as `values` and as `row` fills them in.
     pub fn write(
         &mut self,
-        part: &Part,
+        part: Part,
         rows: usize,
         values: &mut [f32],
         row: &mut dyn FnMut(usize, &mut [f32]),
     ) {
+        self.now += 1;
+        let buffer = self.bring(part.page, true);
         self.flush();
         let of_row = size_of_val(values);
         let bytes = (rows * of_row) as u64;
         let Some(size) = NonZeroU64::new(bytes) else {
             return;
         };
-        let Some(mut to) = self.queue.write_buffer_with(&part.buffer, part.offset, size) else {
+        let Some(mut to) = self.queue.write_buffer_with(&buffer, part.offset, size) else {
             return self.fail("there is no room for what is written".into());
         };
         let mut words = vec![0; of_row];
@@ -216,21 +389,23 @@ impl Machine {
     }
 
     /// Reads `rows` rows from the beginning of a part, each as long as `values`; none where the device failed.
-    pub fn read(&mut self, part: &Part, rows: usize, values: &mut [f32], row: &mut dyn FnMut(usize, &[f32])) {
+    pub fn read(&mut self, part: Part, rows: usize, values: &mut [f32], row: &mut dyn FnMut(usize, &[f32])) {
         let staging = self.device.create_buffer(&BufferDescriptor {
             label: Some("to be read"),
             size: part.bytes,
             usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
+        self.now += 1;
+        let buffer = self.bring(part.page, false);
         self.flush();
-        self.read_by(&staging, part, rows, values, row);
+        self.read_by(&staging, (&buffer, part.offset), rows, values, row);
     }
 
     fn read_by(
         &self,
         staging: &Buffer,
-        part: &Part,
+        (buffer, offset): (&Buffer, u64),
         rows: usize,
         values: &mut [f32],
         row: &mut dyn FnMut(usize, &[f32]),
@@ -239,7 +414,7 @@ impl Machine {
         let mut encoder = self
             .device
             .create_command_encoder(&CommandEncoderDescriptor::default());
-        encoder.copy_buffer_to_buffer(&part.buffer, part.offset, staging, 0, bytes);
+        encoder.copy_buffer_to_buffer(buffer, offset, staging, 0, bytes);
         self.queue.submit([encoder.finish()]);
         let (tell, told) = mpsc::channel();
         staging.map_async(MapMode::Read, 0..bytes, move |mapped| {
@@ -271,14 +446,28 @@ impl Machine {
         let mut encoder = self
             .device
             .create_command_encoder(&CommandEncoderDescriptor::default());
-        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
-        for dispatch in &self.waiting {
-            pass.set_pipeline(self.kernels.pipeline(dispatch.kernel));
-            pass.set_bind_group(0, &dispatch.bound, &[]);
-            pass.set_immediates(0, &dispatch.numbers);
-            pass.dispatch_workgroups(dispatch.groups[0], dispatch.groups[1], 1);
+        let alike = |a: &Command, b: &Command| !a.is_copy() && !b.is_copy();
+        for commands in self.waiting.chunk_by(alike) {
+            if let [Command::Copy { from, to, bytes }] = commands {
+                encoder.copy_buffer_to_buffer(from, 0, to, 0, *bytes);
+                continue;
+            }
+            let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
+            for command in commands {
+                if let Command::Dispatch {
+                    kernel,
+                    bound,
+                    numbers,
+                    groups,
+                } = command
+                {
+                    pass.set_pipeline(self.kernels.pipeline(*kernel));
+                    pass.set_bind_group(0, bound, &[]);
+                    pass.set_immediates(0, numbers);
+                    pass.dispatch_workgroups(groups[0], groups[1], 1);
+                }
+            }
         }
-        drop(pass);
         self.queue.submit([encoder.finish()]);
         self.waiting.clear();
     }
@@ -296,24 +485,29 @@ impl Machine {
     }
 
     fn dispatch(&mut self, kernel: Kernel, parts: &[Option<Part>], numbers: &Numbers, groups: [u32; 2]) {
+        self.now += 1;
         let nothing = self.nothing.step(0);
-        let solids = self.solids.as_ref().unwrap_or(&nothing);
-        let entries: Vec<_> = (0..kernel.buffers())
+        let solids = self.solids.unwrap_or(nothing);
+        let bound: Vec<_> = (0..kernel.buffers())
             .map(|binding| {
-                let part = parts.get(binding).and_then(Option::as_ref).unwrap_or(&nothing);
                 let part = if binding + 1 == kernel.buffers() {
                     solids
                 } else {
-                    part
+                    parts.get(binding).copied().flatten().unwrap_or(nothing)
                 };
-                BindGroupEntry {
-                    binding: binding as u32,
-                    resource: BindingResource::Buffer(BufferBinding {
-                        buffer: &part.buffer,
-                        offset: part.offset,
-                        size: NonZeroU64::new(part.bytes),
-                    }),
-                }
+                (self.bring(part.page, binding < kernel.writes()), part)
+            })
+            .collect();
+        let entries: Vec<_> = bound
+            .iter()
+            .enumerate()
+            .map(|(binding, (buffer, part))| BindGroupEntry {
+                binding: binding as u32,
+                resource: BindingResource::Buffer(BufferBinding {
+                    buffer,
+                    offset: part.offset,
+                    size: NonZeroU64::new(part.bytes),
+                }),
             })
             .collect();
         let bound = self.device.create_bind_group(&BindGroupDescriptor {
@@ -321,7 +515,7 @@ impl Machine {
             layout: self.kernels.layout(kernel),
             entries: &entries,
         });
-        self.waiting.push(Dispatch {
+        self.waiting.push(Command::Dispatch {
             kernel,
             bound,
             numbers: numbers.bytes(),
@@ -368,7 +562,10 @@ impl Machine {
         if count > 0 {
             let mut came = vec![0.0; count];
             let all = |_: usize, values: &[f32]| sums.copy_from_slice(values);
-            self.read_by(&self.staging, &self.sums.step(0), 1, &mut came, &mut { all });
+            let Page::Stays(left) = &self.pages[self.sums.step(0).page] else {
+                return sums;
+            };
+            self.read_by(&self.staging, (left, 0), 1, &mut came, &mut { all });
         }
         sums
     }

@@ -78,7 +78,7 @@ impl State {
                 ..base
             };
             let shape = self.place(Place::Emitter(index));
-            let parts = [Some(pushed.clone()), Some(x.clone()), Some(shape), None];
+            let parts = [Some(pushed), Some(x), Some(shape), None];
             machine.run(Kernel::Push, &parts, &numbers, self.faces());
         }
         if !self.facts.jets[slot].is_empty() {

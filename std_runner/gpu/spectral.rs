@@ -59,20 +59,20 @@ impl State {
     fn multiply_coefficients(
         &self,
         machine: &mut Machine,
-        parts: &[Part; 2],
+        parts: [Part; 2],
         (kernel, numbers): (Kernel, Numbers),
         fields: usize,
     ) {
-        let [mut now, mut next] = parts.clone();
+        let [mut now, mut next] = parts;
         for axis in 0..self.facts.room.dims {
-            self.transform(machine, [next.clone(), now.clone()], axis, false, fields);
+            self.transform(machine, [next, now], axis, false, fields);
             core::mem::swap(&mut now, &mut next);
         }
         let table = Some(self.table.step(0));
-        let bound = [Some(now.clone()), None, table];
+        let bound = [Some(now), None, table];
         machine.run(kernel, &bound, &numbers, fields * self.apart());
         for axis in (0..self.facts.room.dims).rev() {
-            self.transform(machine, [next.clone(), now.clone()], axis, true, fields);
+            self.transform(machine, [next, now], axis, true, fields);
             core::mem::swap(&mut now, &mut next);
         }
     }
@@ -84,13 +84,13 @@ impl State {
     }
 
     /// `out` = C e, by way of fields of work.
-    pub fn blur(&self, machine: &mut Machine, e: &Part, out: &Part) {
-        self.add(machine, out.clone(), [0.0, 1.0], Some(e.clone()));
+    pub fn blur(&self, machine: &mut Machine, e: Part, out: Part) {
+        self.add(machine, out, [0.0, 1.0], Some(e));
         if self.facts.room.solids {
             return self.blur_among_solids(machine, e, out);
         }
         if self.facts.room.filters == 0 {
-            return self.add(machine, out.clone(), [self.facts.identity, 0.0], None);
+            return self.add(machine, out, [self.facts.identity, 0.0], None);
         }
         let numbers = Numbers {
             a: self.facts.identity as f32,
@@ -98,19 +98,19 @@ impl State {
             second: self.facts.room.filters as u32,
             ..self.numbers()
         };
-        let parts = [out.clone(), self.cell(Cell::Work)];
-        self.multiply_coefficients(machine, &parts, (Kernel::FilterAll, numbers), 1);
+        let parts = [out, self.cell(Cell::Work)];
+        self.multiply_coefficients(machine, parts, (Kernel::FilterAll, numbers), 1);
     }
 
     /// `out`, which is e, becomes C e = identity F e + the sum over j of F G_j F G_j F e, F leaving solid cells out (core/operators/blur.rs).
-    fn blur_among_solids(&self, machine: &mut Machine, e: &Part, out: &Part) {
-        self.leave_out(machine, out.clone(), SOLID, self.facts.identity);
+    fn blur_among_solids(&self, machine: &mut Machine, e: Part, out: Part) {
+        self.leave_out(machine, out, SOLID, self.facts.identity);
         let mut taps = self.filters();
         let [mut now, mut next] = [Cell::A, Cell::B].map(|cell| self.cell(cell));
         for gaussian in gaussians(&self.facts.room) {
-            self.add(machine, now.clone(), [0.0, 1.0], Some(e.clone()));
+            self.add(machine, now, [0.0, 1.0], Some(e));
             for _ in 0..2 {
-                self.leave_out(machine, now.clone(), SOLID, 1.0);
+                self.leave_out(machine, now, SOLID, 1.0);
                 for axis in 0..self.facts.room.dims {
                     let numbers = Numbers {
                         axis: axis as u32,
@@ -120,13 +120,13 @@ impl State {
                         count: self.facts.inside[axis].len() as u32,
                         ..self.numbers()
                     };
-                    let parts = [Some(next.clone()), Some(now.clone()), Some(self.table.step(0))];
+                    let parts = [Some(next), Some(now), Some(self.table.step(0))];
                     machine.run(Kernel::Gaussian, &parts, &numbers, self.count());
                     core::mem::swap(&mut now, &mut next);
                 }
             }
-            self.leave_out(machine, now.clone(), SOLID, 1.0);
-            self.add(machine, out.clone(), [1.0, 1.0], Some(now.clone()));
+            self.leave_out(machine, now, SOLID, 1.0);
+            self.add(machine, out, [1.0, 1.0], Some(now));
             taps += gaussian.radius + 1;
         }
     }
@@ -161,7 +161,7 @@ impl State {
             ..self.numbers()
         };
         let parts = [fields, &self.potentials[1]].map(|field| field.part(0, count));
-        self.multiply_coefficients(machine, &parts, (Kernel::Invert, invert), count);
+        self.multiply_coefficients(machine, parts, (Kernel::Invert, invert), count);
     }
 
     /// The potentials' gradient off `count` slots of a field from `first` on.
@@ -204,7 +204,7 @@ impl State {
         let part = field.part(first, count);
         let close = |machine: &mut Machine| {
             let size = (count, field.numbers());
-            self.of_steps(machine, Kernel::Close, &[Some(part.clone())], size);
+            self.of_steps(machine, Kernel::Close, &[Some(part)], size);
         };
         close(machine);
         let mut goal = None;
@@ -212,7 +212,7 @@ impl State {
             self.divergence(machine, field, (first, count));
             let ranges = [
                 self.largest(machine, self.potentials[0].part(0, count), 1),
-                self.largest(machine, part.clone(), 1),
+                self.largest(machine, part, 1),
             ];
             let sums = machine.sums();
             let [divergence, speed] = ranges.map(|range| largest_of(&sums, &range));
@@ -238,8 +238,8 @@ impl State {
         let (q, all) = (self.potentials[0].part(0, count), |field: &Field| {
             field.part(0, count)
         });
-        self.add(machine, all(residual), [0.0, -1.0], Some(q.clone()));
-        self.add(machine, q.clone(), [0.0, 0.0], None);
+        self.add(machine, all(residual), [0.0, -1.0], Some(q));
+        self.add(machine, q, [0.0, 0.0], None);
         let precondition = |machine: &mut Machine, out: &Field| {
             self.add(machine, all(out), [0.0, 1.0], Some(all(residual)));
             self.solve_in_box(machine, out, count);
@@ -271,7 +271,7 @@ impl State {
             let share = |now: &(f64, f64), share: f64| if goes_on(now) { share } else { 0.0 };
             let lengths = now.iter().zip(curvatures);
             self.tell_factors(machine, lengths.map(|(now, of)| share(now, now.0 / of)));
-            self.add_each(machine, q.clone(), 1.0, all(direction));
+            self.add_each(machine, q, 1.0, all(direction));
             self.add_each(machine, all(residual), -1.0, all(image));
             precondition(machine, image);
             let next = measure(machine, image);
@@ -298,7 +298,7 @@ impl State {
     /// Writes a factor for each slot of a batch.
     fn tell_factors(&self, machine: &mut Machine, factors: impl Iterator<Item = f64>) {
         let mut factors: Vec<f32> = factors.map(|factor| factor as f32).collect();
-        machine.write(&self.factors.step(0), 1, &mut factors, &mut |_, _| {});
+        machine.write(self.factors.step(0), 1, &mut factors, &mut |_, _| {});
     }
 
     /// to += b f x in every slot, f being its factor.

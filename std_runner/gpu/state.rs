@@ -109,7 +109,7 @@ pub fn gaussians(room: &Room) -> impl Iterator<Item = Gaussian> + use<> {
 }
 
 /// What a search takes of a device, in the order of [`State`].
-pub fn plan(limits: &Limits, room: &Room) -> Plan {
+fn plan(limits: &Limits, room: &Room) -> Plan {
     let cells = apart(room.cells.iter().product());
     let faces = room.dims * cells;
     let axes = || room.cells.iter().take(room.dims);
@@ -120,10 +120,12 @@ pub fn plan(limits: &Limits, room: &Room) -> Plan {
     let steps = |there: bool, steps: usize| if there { steps } else { 0 };
     let batch = BATCH.min(room.slots);
     let mut plan = Plan::default();
-    let mut add = |name, steps, numbers| plan.add(Size::new(limits, name, steps, numbers));
-    add("velocity", room.slots, faces);
+    let size = |name, steps, numbers| Size::new(limits, name, steps, numbers);
+    // What there is of every step may be streamed.
+    plan.add(size("velocity", room.slots, faces).streams());
+    plan.add(size("densities", room.slots + 2, cells).streams());
+    let mut add = |name, steps, numbers| plan.add(size(name, steps, numbers));
     add("given velocity", 1, faces);
-    add("densities", room.slots + 2, cells);
     add("targets", room.keyframes, cells);
     add("regions", steps(room.regions, room.keyframes), cells);
     add("shapes of emitters", room.emitters, cells);
@@ -138,10 +140,16 @@ pub fn plan(limits: &Limits, room: &Room) -> Plan {
     }
     add("factors of a batch", steps(room.obstacles, 1), apart(batch));
     add("eigenvectors and eigenvalues", 1, table);
-    add("force times its price", steps(room.weighs, room.slots), faces);
-    add("force divided by its mask", steps(room.masked, room.slots), faces);
-    (0..room.fields).for_each(|_| add("a field of L-BFGS", room.slots, faces));
+    let mut add = |name, there| plan.add(size(name, steps(there, room.slots), faces).streams());
+    add("force times its price", room.weighs);
+    add("force divided by its mask", room.masked);
+    (0..room.fields).for_each(|_| add("a field of L-BFGS", true));
     plan
+}
+
+/// The same under the ceiling `most`, or why that cannot be.
+pub fn fit(machine: &Machine, room: &Room, most: Option<u64>) -> Result<Plan, String> {
+    machine.fit(plan(machine.limits(), room), most)
 }
 
 /// What a search has on a device.
@@ -149,8 +157,8 @@ pub fn plan(limits: &Limits, room: &Room) -> Plan {
 pub struct State {
     pub facts: Facts,
     v: Field,
-    initial: Field,
     rho: Field,
+    initial: Field,
     targets: Field,
     regions: Field,
     emitters: Field,
@@ -174,15 +182,16 @@ impl State {
     /// Makes room for a search, or says why there is none. `most` is the ceiling.
     pub fn new(machine: &mut Machine, search: &Search<'_>, most: Option<u64>) -> Result<Self, String> {
         let facts = Facts::new(search);
-        let plan = plan(machine.limits(), &search.room);
-        plan.check(machine.limits(), most)?;
-        let none = || plan.refusal("the device has not so much left");
-        let mut fields = machine.fields(plan.sizes()).ok_or_else(none)?.into_iter();
+        let plan = fit(machine, &search.room, most)?;
+        let none = || {
+            plan.refusal("the device has not so much left, or a ceiling of its memory (--device-memory) is needed, below which steps are streamed")
+        };
+        let mut fields = machine.fields(&plan).ok_or_else(none)?.into_iter();
         let mut next = || fields.next().ok_or_else(none);
         let mut state = Self {
             v: next()?,
-            initial: next()?,
             rho: next()?,
+            initial: next()?,
             targets: next()?,
             regions: next()?,
             emitters: next()?,
@@ -205,7 +214,7 @@ impl State {
         machine.compile(search.room.dims, solids);
         let mut table = state.numbers_of_axes(search);
         let part = state.table.step(0);
-        machine.write(&part, 1, &mut table, &mut |_, _| {});
+        machine.write(part, 1, &mut table, &mut |_, _| {});
         Ok(state)
     }
 

@@ -55,8 +55,8 @@ impl State {
     /// The stages a and b of the sub-step from `rho`, and where it leads if that is asked for.
     fn substep(&self, machine: &mut Machine, step: usize, rho: Part, out: Option<Part>) {
         let [a, b] = [Cell::A, Cell::B].map(|cell| self.cell(cell));
-        self.stage(machine, step, 0, a.clone(), rho.clone(), rho.clone());
-        self.stage(machine, step, 1, b.clone(), rho.clone(), a);
+        self.stage(machine, step, 0, a, rho, rho);
+        self.stage(machine, step, 1, b, rho, a);
         if let Some(out) = out {
             self.stage(machine, step, 2, out, rho, b);
         }
@@ -67,12 +67,8 @@ impl State {
         let ways = [self.kept(STATES - 2), self.kept(STATES - 1)];
         let mut from = rho;
         for substep in 1..=count {
-            let to = if substep == count {
-                out.clone()
-            } else {
-                ways[substep % 2].clone()
-            };
-            self.substep(machine, step, from, Some(to.clone()));
+            let to = if substep == count { out } else { ways[substep % 2] };
+            self.substep(machine, step, from, Some(to));
             from = to;
         }
     }
@@ -108,11 +104,11 @@ impl State {
         let (rho, supplies) = (self.density(step), &self.facts.supplies[step]);
         for &(index, [added, _]) in supplies.iter().filter(|(_, [added, _])| *added > 0.0) {
             let shape = self.place(Place::Emitter(index));
-            self.add(machine, rho.clone(), [1.0, added], Some(shape));
+            self.add(machine, rho, [1.0, added], Some(shape));
         }
         for &(index, [_, target]) in supplies.iter().filter(|(_, [_, target])| *target > 0.0) {
             let shape = [Some(self.place(Place::Emitter(index))), None];
-            self.by_element(machine, Kernel::Fill, rho.clone(), shape, [target, 0.0]);
+            self.by_element(machine, Kernel::Fill, rho, shape, [target, 0.0]);
         }
     }
 
@@ -136,38 +132,38 @@ impl State {
     fn compare(&self, machine: &mut Machine, index: usize) {
         let (step, _) = self.facts.keyframes[index];
         let [error, image] = [Cell::Error, Cell::Image].map(|cell| self.cell(cell));
-        self.add(machine, error.clone(), [0.0, 1.0], Some(self.density(step)));
+        self.add(machine, error, [0.0, 1.0], Some(self.density(step)));
         self.add(
             machine,
-            error.clone(),
+            error,
             [1.0, -1.0],
             Some(self.place(Place::Target(index))),
         );
         if self.facts.room.regions {
-            self.multiply(machine, error.clone(), self.place(Place::Region(index)));
+            self.multiply(machine, error, self.place(Place::Region(index)));
         }
-        self.blur(machine, &error, &image);
+        self.blur(machine, error, image);
     }
 
     /// Back through all steps: `out` = r `out` - A_v^T mu, slot by slot; with buoyancy mu has r B^T `z` too.
     pub fn go_back(&self, machine: &mut Machine, out: usize, z: &Field) {
         let (mu, image) = (self.cell(Cell::Mu), self.cell(Cell::Image));
-        self.add(machine, mu.clone(), [0.0, 0.0], None);
+        self.add(machine, mu, [0.0, 0.0], None);
         for step in (1..=self.facts.room.slots).rev() {
             let keyframes = self.facts.keyframes.iter();
             if let Some(index) = keyframes.clone().position(|(at, _)| *at == step + 1) {
                 self.compare(machine, index);
                 if self.facts.room.regions {
-                    self.multiply(machine, image.clone(), self.place(Place::Region(index)));
+                    self.multiply(machine, image, self.place(Place::Region(index)));
                 }
                 let weight = self.facts.keyframes[index].1;
-                self.add(machine, mu.clone(), [1.0, -weight], Some(image.clone()));
+                self.add(machine, mu, [1.0, -weight], Some(image));
             }
             if step < self.facts.room.slots {
-                self.lift_back(machine, z.step(step), mu.clone());
+                self.lift_back(machine, z.step(step), mu);
             }
             self.forget(machine, step + 1);
-            self.forget_outside(machine, mu.clone());
+            self.forget_outside(machine, mu);
             self.go_back_through(machine, step);
             let slot = self.fields[out].step(step - 1);
             let factors = [self.facts.force_weight, -1.0];
@@ -181,14 +177,10 @@ impl State {
         for first in (0..substeps).step_by(STATES).rev() {
             let count = STATES.min(substeps - first);
             if first > 0 {
-                self.carry(machine, step, first, rho.clone(), self.kept(0));
+                self.carry(machine, step, first, rho, self.kept(0));
             }
             let from = |state: usize| {
-                if first + state == 0 {
-                    rho.clone()
-                } else {
-                    self.kept(state)
-                }
+                if first + state == 0 { rho } else { self.kept(state) }
             };
             for state in 1..count {
                 self.substep(machine, step, from(state - 1), Some(self.kept(state)));
@@ -225,28 +217,13 @@ impl State {
                 flags: base.flags | (does << FLAGS),
                 ..base
             };
-            let parts = [
-                next,
-                out,
-                Some(gradient.clone()),
-                Some(z),
-                Some(y),
-                Some(v.clone()),
-            ];
+            let parts = [next, out, Some(gradient), Some(z), Some(y), Some(v)];
             machine.run(Kernel::CarryBack, &parts, &numbers, self.count());
         };
+        back(Some(of_b), None, mu, b, 1.0 - of_last, [0.0, 0.0], first);
         back(
-            Some(of_b.clone()),
-            None,
-            mu.clone(),
-            b,
-            1.0 - of_last,
-            [0.0, 0.0],
-            first,
-        );
-        back(
-            Some(of_a.clone()),
-            Some(mu.clone()),
+            Some(of_a),
+            Some(mu),
             of_b,
             a,
             1.0 - of_middle,

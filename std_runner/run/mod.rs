@@ -37,7 +37,7 @@ impl RunOptions {
     pub(crate) fn solve(&self, request: Request) -> Result<Outcome, Failure> {
         let planned = plan::choose(&request.scene, &self.plan)?;
         if let Some(device) = self.device {
-            devices::check(device, &request.scene, &planned)?;
+            devices::check(device, &request.scene, &planned, &self.plan)?;
         }
         let threads = planned.params.threads;
         let (job, region) = Job::new(*self, request, planned)?;

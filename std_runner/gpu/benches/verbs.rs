@@ -1,7 +1,8 @@
 //! Seconds of each verb of a device in a search by the direct method: a ball that moves across a corner of a box, as `examples/small_3d.toml`.
 //!
-//! `cargo bench --package thurible-gpu -- [CELLS STEPS ITERATIONS PAIRS] [here]`, as in `64 60 10 5`; on the first adapter, which is a card if there
-//! is one, or `here` on one thread: objectives are to be the same but for rounding, which grows from iteration to iteration.
+//! `cargo bench --package thurible-gpu -- [CELLS STEPS ITERATIONS PAIRS [MIB]] [here]`, as in `64 60 10 5`; on the first adapter, which is a card if
+//! there is one and of whose memory it takes so many MiB at most, or `here` on one thread: objectives are to be the same but for rounding,
+//! which grows from iteration to iteration.
 
 use core::time::Duration;
 use std::collections::BTreeMap;
@@ -135,10 +136,11 @@ fn main() -> Result<(), Sentence> {
         .skip(1)
         .filter_map(|word| word.parse().ok())
         .collect();
-    let [n, steps, iterations, pairs] = match given[..] {
-        [] => [64, 60, 10, 5],
-        [n, steps, iterations, pairs] => [n, steps, iterations, pairs],
-        _ => return Err("give CELLS STEPS ITERATIONS PAIRS, or nothing".into()),
+    let ([n, steps, iterations, pairs], most) = match given[..] {
+        [] => ([64, 60, 10, 5], None),
+        [n, steps, iterations, pairs] => ([n, steps, iterations, pairs], None),
+        [n, steps, iterations, pairs, mib] => ([n, steps, iterations, pairs], Some((mib as u64) << 20)),
+        _ => return Err("give CELLS STEPS ITERATIONS PAIRS, or MIB too, or nothing".into()),
     };
     let cells = [n; 3];
     let problem = Problem::new(&cells, &[Boundary::Wall; 3], core::slice::from_ref(&steps));
@@ -150,7 +152,7 @@ fn main() -> Result<(), Sentence> {
     let plan = Plan::new::<f32, D3>(&problem, &params).map_err(|error| error.to_string())?;
     let first = adapters().into_iter().next().ok_or("there is no device")?;
     let device = Timed {
-        gpu: first.open(None)?,
+        gpu: first.open(most)?,
         times: Mutex::default(),
     };
     println!(
@@ -159,9 +161,11 @@ fn main() -> Result<(), Sentence> {
         plan.bytes()
     );
     if !here {
-        for (name, bytes) in device.gpu.plan(&room(&problem, plan.params())?)? {
+        let taken = device.gpu.plan(&room(&problem, plan.params())?)?;
+        for (name, bytes) in taken.lines {
             println!("{bytes:>16}  {name}");
         }
+        println!("{:>16}  here, streamed", taken.here);
     }
     let mut memory: Vec<u8> = Vec::with_capacity(plan.bytes() + Plan::ALIGN);
     let spare = memory.spare_capacity_mut();
@@ -184,6 +188,7 @@ fn main() -> Result<(), Sentence> {
         facts(&first)
     );
     print("until then", &device.take());
+    let streamed = device.gpu.streamed();
     let begun = Instant::now();
     let mut objectives = vec![first.objective.total()];
     let (mut done, mut last) = (0, Progress::default());
@@ -195,8 +200,9 @@ fn main() -> Result<(), Sentence> {
     }
     let seconds = begun.elapsed().as_secs_f64();
     println!(
-        "{done} more: {:.4} s each, {:?}; objectives {objectives:.1?}",
+        "{done} more: {:.4} s each, {} bytes streamed in each, {:?}; objectives {objectives:.1?}",
         seconds / f64::from(done.max(1) as u32),
+        (device.gpu.streamed() - streamed) / done.max(1) as u64,
         last.status
     );
     print("in these", &device.take());

@@ -147,6 +147,7 @@ fn a_search_in_many_pieces() {
         buffer: 7 * 4 * 3 * 12 * 12 * 12,
         row: 5,
         partial: 2,
+        paged: None,
     };
     let device = device();
     let pieces = adapters()[0].open_within(None, bounds).unwrap();
@@ -162,6 +163,35 @@ fn a_search_in_many_pieces() {
     }
     let [here, there] = [&search::<D3>(&Serial, &problem, &params), &pieces].map(|ended| ended.first);
     assert!((here - there).abs() <= 1e-5 * here, "{here} and {there}");
+}
+
+/// Streamed through a few frames, a search has the bits of one that is whole in the same pages.
+#[test]
+fn a_search_that_is_streamed() {
+    let ends = [Boundary::Wall, Boundary::Periodic, Boundary::Wall];
+    let problem = Problem::new(&[10, 8, 9], &ends, &[24]);
+    let params = Params {
+        iterations: 6,
+        ..Params::default()
+    };
+    let steps = 3;
+    let whole = Bounds {
+        buffer: steps * 4 * 3 * 768,
+        ..Bounds::default()
+    };
+    let streamed = Bounds {
+        paged: Some(steps as usize),
+        ..whole
+    };
+    let _one_at_a_time = device();
+    let [whole, streamed] = [whole, streamed].map(|bounds| {
+        let gpu = adapters()[0].open_within(None, bounds).unwrap();
+        let ended = search::<D3>(&Together::beside(&Serial, &gpu), &problem, &params);
+        assert_eq!(gpu.failure(), None);
+        assert_eq!(gpu.streamed() > 0, bounds.paged.is_some());
+        (ended.parts, ended.iterations, ended.first, ended.status)
+    });
+    assert_eq!(whole, streamed);
 }
 
 /// What was taken back from the device and saved goes on there with the same bits.
@@ -209,16 +239,35 @@ fn a_ceiling_holds() {
     let plan = Plan::new::<f32, D2>(&problem, &params).unwrap();
     let needed = room(&problem, plan.params()).unwrap();
     let device = device();
-    let bytes: u64 = device.plan(&needed).unwrap().iter().map(|(_, bytes)| bytes).sum();
+    let taken = device.plan(&needed).unwrap();
+    assert_eq!(taken.here, 0);
+    let bytes: u64 = taken.lines.iter().map(|(_, bytes)| bytes).sum();
     let first = &adapters()[0];
     let enough = first.open(Some(bytes)).unwrap();
     assert_eq!(enough.plan(&needed), device.plan(&needed));
     search::<D2>(&Together::beside(&Serial, &enough), &problem, &params);
-    assert_eq!(enough.failure(), None);
-    let short = first.open(Some(bytes - 1)).unwrap();
+    assert_eq!((enough.failure(), enough.streamed()), (None, 0));
+    // What does not fit is streamed, down to a few frames.
+    let refused = first.open(Some(0)).unwrap().plan(&needed).unwrap_err();
+    let least = refused.split("streamed it needs ").nth(1).unwrap();
+    let least: u64 = least.split(';').next().unwrap().parse().unwrap();
+    assert!(least < bytes / 2, "{least} of {bytes}");
+    for most in [bytes - 1, (bytes + least) / 2, least] {
+        let streams = first.open(Some(most)).unwrap();
+        let taken = streams.plan(&needed).unwrap();
+        let of_device: u64 = taken.lines.iter().map(|(_, bytes)| bytes).sum();
+        assert!(of_device <= most && taken.here > 0, "{taken:?} under {most}");
+        let ended = search::<D2>(&Together::beside(&Serial, &streams), &problem, &params);
+        assert_eq!(streams.failure(), None);
+        assert!(streams.streamed() > 0);
+        let whole = search::<D2>(&Together::beside(&Serial, &*device), &problem, &params);
+        let [total, other] = [&whole, &ended].map(|ended| ended.parts[0] + ended.parts[1]);
+        assert!((total - other).abs() <= 1e-3 * total, "{total} and {other}");
+    }
+    let short = first.open(Some(least - 1)).unwrap();
     let refused = short.plan(&needed).unwrap_err();
     assert!(
-        refused.contains(&format!("it may take {}", bytes - 1)),
+        refused.contains(&format!("it may take {}", least - 1)),
         "{refused}"
     );
     let ended = search::<D2>(&Together::beside(&Serial, &short), &problem, &params);

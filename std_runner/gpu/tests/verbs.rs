@@ -22,7 +22,7 @@ use thurible_core::optimise::quasi_newton::fields;
 use thurible_core::optimise::quasi_newton::history::History;
 use thurible_core::optimise::quasi_newton::recursion::QuasiNewton;
 use thurible_core::{Advection, Boundary, D2, D3, Serial, Silent, Space};
-use thurible_gpu::Gpu;
+use thurible_gpu::{Bounds, Gpu, adapters};
 
 /// What two programs in f32 may differ by, in parts of the largest value of a field: transforms add up whole lines, some sub-steps a dozen
 /// stages.
@@ -134,8 +134,20 @@ fn slots_of<'a>(
     all.map(move |(slot, axis)| (place(slot, axis), slot_of(grid, field[axis], SLOTS, slot)))
 }
 
+/// A case where all fits, and where every step is streamed.
 fn check<S: Space>(case: &Case) {
     let device = the_device();
+    check_on::<S>(&device, case);
+    let paged = Bounds {
+        paged: Some(2),
+        ..Bounds::default()
+    };
+    let streams = adapters()[0].open_within(None, paged).unwrap();
+    check_on::<S>(&streams, case);
+    assert!(streams.streamed() > 0);
+}
+
+fn check_on<S: Space>(device: &Gpu, case: &Case) {
     println!("{:?} {:?}", case.cells, case.boundary);
     let grid = Grid::new(case.cells, case.boundary);
     let cells = grid.cells();
@@ -238,7 +250,7 @@ fn check<S: Space>(case: &Case) {
     };
     let mut pivots = [0.0; SLOTS];
     let line = TimeLine::new(1e-2, 1e-3, &mut pivots);
-    hand_over(&*device, &evaluation, view(&v), line, FIELDS);
+    hand_over(device, &evaluation, view(&v), line, FIELDS);
     assert_eq!(device.failure(), None);
 
     // The value: densities, the force, and the three sums.
@@ -256,10 +268,10 @@ fn check<S: Space>(case: &Case) {
             evaluation.rho[step * cells..(step + 1) * cells].to_vec(),
         )
     });
-    same(&device, "densities", densities);
+    same(device, "densities", densities);
     let field = |which: usize| move |slot: usize, axis: usize| Place::Field(which, slot, axis);
     same(
-        &device,
+        device,
         "force",
         slots_of(&grid, fields[work].each_ref().map(|c| &**c), field(work)),
     );
@@ -273,7 +285,7 @@ fn check<S: Space>(case: &Case) {
     fields[gradient] = into;
     device.gradient(work, gradient).unwrap();
     same(
-        &device,
+        device,
         "gradient",
         slots_of(&grid, fields[gradient].each_ref().map(|c| &**c), field(gradient)),
     );
@@ -300,7 +312,7 @@ fn check<S: Space>(case: &Case) {
         },
     );
     same(
-        &device,
+        device,
         "P g",
         slots_of(&grid, fields[work].each_ref().map(|c| &**c), field(work)),
     );
@@ -320,7 +332,7 @@ fn check<S: Space>(case: &Case) {
         let pairs = fields[gradient][axis].iter().zip(&*fields[work][axis]);
         pairs.map(|(g, p)| 0.5 * g - 2.0 * p).collect()
     });
-    same(&device, "a sum", slots_of(&grid, view(&sum), field(4)));
+    same(device, "a sum", slots_of(&grid, view(&sum), field(4)));
     let mut cleaned = sum.clone();
     let [_, speed] = evaluation
         .clean(&Serial, &mut Silent, &mut view_mut(&mut cleaned))
@@ -330,7 +342,7 @@ fn check<S: Space>(case: &Case) {
     close("max |d|", speed, fastest, speed);
     assert!(left < 1e-4, "{left}");
     same(
-        &device,
+        device,
         "a clean direction",
         slots_of(&grid, view(&cleaned), field(4)),
     );
@@ -339,13 +351,13 @@ fn check<S: Space>(case: &Case) {
         v.iter_mut().zip(d).for_each(|(v, d)| *v += 0.25 * d);
     }
     let flow = |slot: usize, axis: usize| Place::Flow(slot + 1, axis);
-    same(&device, "a step", slots_of(&grid, view(&v), flow));
+    same(device, "a step", slots_of(&grid, view(&v), flow));
     device.retreat(0.5);
     evaluation.retreat(&Serial, &mut view_mut(&mut v), 0.5);
-    same(&device, "half of the way back", slots_of(&grid, view(&v), flow));
+    same(device, "half of the way back", slots_of(&grid, view(&v), flow));
     device.retreat(0.0);
     evaluation.retreat(&Serial, &mut view_mut(&mut v), 0.0);
-    same(&device, "all of it", slots_of(&grid, view(&v), flow));
+    same(device, "all of it", slots_of(&grid, view(&v), flow));
     assert_eq!(device.failure(), None);
 }
 
