@@ -554,6 +554,11 @@ impl Machine {
         begin..self.taken
     }
 
+    /// Whether there is room for so many sums more.
+    pub fn has_room(&self, sums: usize) -> bool {
+        self.taken + sums <= SUMS
+    }
+
     /// All that [`Self::reduce`] left since the last time; not finite ones where the device failed.
     pub fn sums(&mut self) -> Vec<f32> {
         self.flush();

@@ -3,8 +3,7 @@
 use crate::kernels::{FLAGS, Kernel, Numbers};
 use crate::machine::Machine;
 use crate::memory::{Field, Part};
-use crate::state::{State, sum_of};
-use core::ops::Range;
+use crate::state::State;
 use thurible_core::exec::device::{NotFinite, Place, Stride, WithGradient};
 use thurible_core::force::mask::LEAST;
 
@@ -86,24 +85,18 @@ impl State {
         }
     }
 
-    /// All slots of a field times the mask, which is `least` at least, or divided by it (core/force/mask.rs).
-    fn weigh(&self, machine: &mut Machine, field: &Field, divide: bool, least: f64) {
-        for (first, count) in field.windows(usize::MAX) {
-            let base = self.numbers();
-            let numbers = Numbers {
-                a: least as f32,
-                count: count as u32,
-                flags: base.flags | (u32::from(divide) << FLAGS),
-                ..base
-            };
-            let parts = [
-                Some(field.part(first, count)),
-                Some(self.place(Place::Mask)),
-                None,
-                None,
-            ];
-            machine.run(Kernel::Weigh, &parts, &numbers, count * self.faces());
-        }
+    /// Steps of faces times the mask, which is `least` at least, or divided by it (core/force/mask.rs).
+    fn weigh(&self, machine: &mut Machine, steps: Part, divide: bool, least: f64) {
+        let base = self.numbers();
+        let elements = (steps.bytes / 4) as usize;
+        let numbers = Numbers {
+            a: least as f32,
+            count: (elements / self.faces()) as u32,
+            flags: base.flags | (u32::from(divide) << FLAGS),
+            ..base
+        };
+        let parts = [Some(steps), Some(self.place(Place::Mask)), None, None];
+        machine.run(Kernel::Weigh, &parts, &numbers, elements);
     }
 
     /// Numbers of a step of faces.
@@ -111,42 +104,55 @@ impl State {
         self.facts.room.dims * self.apart()
     }
 
-    /// out = a x + b s^2 C^T C x + c y, all slots.
-    fn combine(&self, machine: &mut Machine, out: &Field, [a, b, c]: [f64; 3], x: &Field, y: Option<&Field>) {
-        for (first, count) in out.windows(usize::MAX) {
-            let numbers = Numbers {
-                a: a as f32,
-                b: (b * self.facts.smoothing) as f32,
-                c: c as f32,
-                count: count as u32,
-                ..self.numbers()
-            };
-            let part = |field: &Field| field.part(first, count);
-            let parts = [Some(part(out)), Some(part(x)), y.map(part), None];
-            machine.run(Kernel::Price, &parts, &numbers, count * out.numbers());
+    /// out = a x + b s^2 C^T C x + c y in some steps.
+    fn combine(&self, machine: &mut Machine, out: Part, [a, b, c]: [f64; 3], x: Part, y: Option<Part>) {
+        let elements = (out.bytes / 4) as usize;
+        let numbers = Numbers {
+            a: a as f32,
+            b: (b * self.facts.smoothing) as f32,
+            c: c as f32,
+            count: (elements / self.faces()) as u32,
+            ..self.numbers()
+        };
+        machine.run(Kernel::Price, &[Some(out), Some(x), y, None], &numbers, elements);
+    }
+
+    /// The force's price and its plain square; the force times its price is written.
+    fn price(&self, machine: &mut Machine, w: &Field) -> [f64; 2] {
+        let weighs = self.facts.room.weighs;
+        let found = self.products(machine, w, &mut |machine, (first, count)| {
+            let force = w.part(first, count);
+            let mut products = vec![self.dot(machine, force, None)];
+            if weighs {
+                self.times_price(machine, force, (first, count));
+                let priced = self.priced.part(first, count);
+                products.push(self.dot(machine, force, Some(priced)));
+            }
+            products
+        });
+        match found[..] {
+            [plain, price] => [price, plain],
+            [plain] => [plain; 2],
+            _ => [f64::NAN; 2],
         }
     }
 
-    /// The force's price and its plain square, begun.
-    fn price(&self, machine: &mut Machine, w: &Field) -> [Range<usize>; 2] {
-        let plain = self.dot_fields(machine, w, None);
-        if !self.facts.room.weighs {
-            return [plain.clone(), plain];
-        }
-        let mut source = w;
+    /// The force in some steps times its price.
+    fn times_price(&self, machine: &mut Machine, force: Part, (first, count): (usize, usize)) {
+        let priced = self.priced.part(first, count);
+        let mut source = force;
         if self.facts.room.masked {
-            self.add_fields(machine, &self.divided, [0.0, 1.0], w);
-            self.weigh(machine, &self.divided, true, LEAST);
-            source = &self.divided;
+            source = self.divided.part(first, count);
+            self.add(machine, source, [0.0, 1.0], Some(force));
+            self.weigh(machine, source, true, LEAST);
         }
-        self.combine(machine, &self.priced, [1.0, 1.0, 0.0], source, None);
+        self.combine(machine, priced, [1.0, 1.0, 0.0], source, None);
         if self.facts.room.masked {
-            self.weigh(machine, &self.priced, true, LEAST);
+            self.weigh(machine, priced, true, LEAST);
         }
-        for (slot, &factor) in self.facts.factors.iter().enumerate() {
+        for (slot, &factor) in self.facts.factors.iter().enumerate().skip(first).take(count) {
             self.add(machine, self.priced.step(slot), [factor, 0.0], None);
         }
-        [self.dot_fields(machine, w, Some(&self.priced)), plain]
     }
 
     /// See [`Device::value`](thurible_core::exec::Device::value).
@@ -156,10 +162,8 @@ impl State {
         let w = &self.fields[force];
         self.accelerate(machine, w);
         self.project(machine, w, self.facts.projection_tolerance);
-        let [price, plain] = self.price(machine, w);
-        let sums = machine.sums();
         let weight = 0.5 * self.facts.force_weight;
-        let [price, plain] = [price, plain].map(|range| weight * sum_of(&sums, &range));
+        let [price, plain] = self.price(machine, w).map(|sum| weight * sum);
         Ok([data, price, plain])
     }
 
@@ -209,12 +213,16 @@ impl State {
         Ok(())
     }
 
-    /// Field `into` = the sum of `factor` times a field each.
+    /// Field `into` = the sum of `factor` times a field each. Page by page, so that one that is streamed is brought once.
     pub fn form(&self, machine: &mut Machine, into: usize, terms: &mut dyn Iterator<Item = (f64, usize)>) {
-        let mut keep = 0.0;
-        for (factor, field) in terms {
-            self.add_fields(machine, &self.fields[into], [keep, factor], &self.fields[field]);
-            keep = 1.0;
+        let terms: Vec<_> = terms.collect();
+        for (first, count) in self.fields[into].windows(usize::MAX) {
+            let mut keep = 0.0;
+            for &(factor, field) in &terms {
+                let [out, x] = [into, field].map(|field| self.fields[field].part(first, count));
+                self.add(machine, out, [keep, factor], Some(x));
+                keep = 1.0;
+            }
         }
     }
 
@@ -257,32 +265,40 @@ impl State {
 
     /// image = y divided by the price: by that of curls, and with a mask m the projection of m q m y (core/objective/force_term.rs).
     fn divide_by_price(&self, machine: &mut Machine, y: &Field, image: &Field) {
-        let least = self.facts.least_of_mask;
-        if self.facts.room.masked {
-            self.add_fields(machine, &self.divided, [0.0, 1.0], y);
-            self.weigh(machine, &self.divided, false, least);
-            self.divide_by_curls(machine, &self.divided, image);
-            self.weigh(machine, image, false, least);
+        let (masked, least) = (self.facts.room.masked, self.facts.least_of_mask);
+        for (first, count) in y.windows(usize::MAX) {
+            let [mut source, image, priced] = [y, image, &self.priced].map(|field| field.part(first, count));
+            if masked {
+                let divided = self.divided.part(first, count);
+                self.add(machine, divided, [0.0, 1.0], Some(source));
+                self.weigh(machine, divided, false, least);
+                source = divided;
+            }
+            self.divide_by_curls(machine, source, [image, priced]);
+            if masked {
+                self.weigh(machine, image, false, least);
+            }
+        }
+        if masked {
             self.project_to_rounding(machine, image);
-        } else {
-            self.divide_by_curls(machine, y, image);
         }
     }
 
-    /// image = q(B) y with B the price of curls: Richardson's steps of the given lengths (core/force/price.rs); or y itself.
-    fn divide_by_curls(&self, machine: &mut Machine, y: &Field, image: &Field) {
+    /// image = q(B) y in some steps, with B the price of curls: Richardson's steps of the given lengths (core/force/price.rs), by way of `work`;
+    /// or y itself.
+    fn divide_by_curls(&self, machine: &mut Machine, y: Part, [image, work]: [Part; 2]) {
         let lengths = &self.facts.lengths;
         if lengths.is_empty() {
-            return self.add_fields(machine, image, [0.0, 1.0], y);
+            return self.add(machine, image, [0.0, 1.0], Some(y));
         }
-        let (mut now, mut next) = if lengths.len().is_multiple_of(2) {
-            (&self.priced, image)
+        let [mut now, mut next] = if lengths.len().is_multiple_of(2) {
+            [work, image]
         } else {
-            (image, &self.priced)
+            [image, work]
         };
         for (step, &length) in lengths.iter().enumerate() {
             if step == 0 {
-                self.add_fields(machine, now, [0.0, length], y);
+                self.add(machine, now, [0.0, length], Some(y));
                 continue;
             }
             self.combine(machine, next, [1.0 - length, -length, length], now, Some(y));
@@ -321,26 +337,30 @@ impl State {
         let (gradient, image) = (of(gradient), of(image));
         self.divide_by_price(machine, gradient, image);
         self.solve_in_time(machine, image, 1.0 / self.facts.force_weight);
-        let pairs: Vec<_> = pairs
-            .map(|fields| fields.map(|field| self.dot_fields(machine, gradient, Some(of(field)))))
-            .collect();
-        let norm = self.dot_fields(machine, gradient, Some(image));
-        let stepped = step.map(|stride| {
-            let (s, z) = (of(stride.direction), of(stride.preconditioned));
-            for (first, count) in s.windows(usize::MAX) {
-                self.add(machine, s.part(first, count), [stride.length, 0.0], None);
+        let pairs: Vec<_> = pairs.collect();
+        let stepped = step.map(|stride| (stride.length, [stride.direction, stride.preconditioned].map(of)));
+        let found = self.products(machine, gradient, &mut |machine, (first, count)| {
+            let part = |field: &Field| field.part(first, count);
+            let (gradient, image) = (part(gradient), part(image));
+            let mut begun = vec![self.dot(machine, gradient, Some(image))];
+            for &field in pairs.iter().flatten() {
+                begun.push(self.dot(machine, gradient, Some(part(of(field)))));
             }
-            let products = [s, z].map(|field| self.dot_fields(machine, gradient, Some(field)));
-            self.add_fields(machine, z, [-1.0, 1.0], image);
-            products
+            if let Some((length, fields)) = stepped {
+                let [s, z] = fields.map(part);
+                self.add(machine, s, [length, 0.0], None);
+                begun.extend([s, z].map(|x| self.dot(machine, gradient, Some(x))));
+                self.add(machine, z, [-1.0, 1.0], Some(image));
+            }
+            begun
         });
-        let sums = machine.sums();
-        for ranges in &pairs {
-            products(ranges.each_ref().map(|range| sum_of(&sums, range)));
+        let mut found = found.into_iter();
+        let mut next = || found.next().unwrap_or(f64::NAN);
+        let norm = next();
+        for _ in &pairs {
+            products([next(), next()]);
         }
-        WithGradient {
-            norm: sum_of(&sums, &norm),
-            step: stepped.map_or([0.0; 2], |ranges| ranges.map(|range| sum_of(&sums, &range))),
-        }
+        let step = stepped.map_or([0.0; 2], |_| [next(), next()]);
+        WithGradient { norm, step }
     }
 }

@@ -35,6 +35,9 @@ fn flags(search: &Search<'_>) -> u32 {
     rings.fold(solids, |bits, (axis, &ring)| bits | (u32::from(ring) << axis))
 }
 
+/// Sums that were begun: where each will be.
+type Begun = Vec<Range<usize>>;
+
 /// The numbers of a search that stay as they are.
 #[derive(Debug)]
 pub struct Facts {
@@ -375,14 +378,31 @@ impl State {
         machine.reduce(Kernel::DotAll, parts, numbers, (rows, elements))
     }
 
-    /// [`Self::dot`] of whole fields.
-    pub fn dot_fields(&self, machine: &mut Machine, x: &Field, y: Option<&Field>) -> Range<usize> {
-        let windows = x.windows(usize::MAX);
-        let ranges = windows.map(|(first, count)| {
-            let y = y.map(|y| y.part(first, count));
-            self.dot(machine, x.part(first, count), y)
-        });
-        ranges.reduce(|all, range| all.start..range.end).unwrap_or(0..0)
+    /// Sums over whole fields of the size of `like`, one after the other: `begin` begins as many in each window of steps.
+    pub fn products(
+        &self,
+        machine: &mut Machine,
+        like: &Field,
+        begin: &mut dyn FnMut(&mut Machine, (usize, usize)) -> Begun,
+    ) -> Vec<f64> {
+        let (mut totals, mut begun): (Vec<f64>, Vec<Begun>) = (Vec::new(), Vec::new());
+        let windows: Vec<_> = like.windows(usize::MAX).collect();
+        for (place, &window) in windows.iter().enumerate() {
+            let ranges = begin(machine, window);
+            let of_window = ranges.iter().map(ExactSizeIterator::len).sum();
+            totals.resize(ranges.len(), 0.0);
+            begun.push(ranges);
+            if place + 1 == windows.len() || !machine.has_room(of_window) {
+                let sums = machine.sums();
+                for ranges in begun.drain(..) {
+                    for (total, range) in totals.iter_mut().zip(ranges) {
+                        let sums = sums.get(range).unwrap_or(&[f32::NAN]);
+                        sums.iter().for_each(|&sum| *total += f64::from(sum));
+                    }
+                }
+            }
+        }
+        totals
     }
 
     /// Begins the largest |x| of each of so many rows of a part.
