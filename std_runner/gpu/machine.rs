@@ -29,6 +29,8 @@ pub struct Bounds {
     pub row: u64,
     /// Groups of a sum at most. As many numbers come back.
     pub partial: usize,
+    /// Sums that come back together at most.
+    pub sums: usize,
     /// Steps of a page, each of which is streamed, whatever there is room for.
     pub paged: Option<usize>,
 }
@@ -39,6 +41,7 @@ impl Default for Bounds {
             buffer: u64::MAX,
             row: 32768,
             partial: 1024,
+            sums: SUMS,
             paged: None,
         }
     }
@@ -139,6 +142,10 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 impl Machine {
     /// Opens an adapter.
     pub fn open(adapter: &Adapter, bounds: Bounds) -> Result<Self, String> {
+        let bounds = Bounds {
+            sums: bounds.sums.min(SUMS),
+            ..bounds
+        };
         let limits = adapter.limits();
         if !adapter.features().contains(Features::IMMEDIATES)
             || (limits.max_immediate_size as usize) < NUMBERS
@@ -292,7 +299,7 @@ impl Machine {
             .features()
             .contains(Features::MAPPABLE_PRIMARY_BUFFERS);
         if plan.streaming().frames > 0 && !streams {
-            let why = "its driver cannot stream steps (MAPPABLE_PRIMARY_BUFFERS)";
+            let why = "its driver cannot stream steps (MAPPABLE_PRIMARY_BUFFERS); raise --device-memory";
             return Err(plan.refusal(why));
         }
         Ok(plan)
@@ -539,9 +546,9 @@ impl Machine {
         let groups = groups.clamp(1, self.bounds.partial);
         let begin = self.taken;
         self.taken += rows * groups;
-        if self.taken > SUMS {
+        if self.taken > self.bounds.sums {
             self.fail("more sums than there is room for".into());
-            return SUMS..SUMS + 1;
+            return self.taken..self.taken + 1;
         }
         let numbers = Numbers {
             first: begin as u32,
@@ -556,7 +563,7 @@ impl Machine {
 
     /// Whether there is room for so many sums more.
     pub fn has_room(&self, sums: usize) -> bool {
-        self.taken + sums <= SUMS
+        self.taken + sums <= self.bounds.sums
     }
 
     /// All that [`Self::reduce`] left since the last time; not finite ones where the device failed.

@@ -219,10 +219,10 @@ impl Plan {
         }
     }
 
-    /// A sentence that says why it cannot be had.
+    /// A sentence that says why it cannot be had, and what to do.
     pub fn refusal(&self, why: &str) -> String {
         format!(
-            "the search needs {} bytes of the device: {why}; take fewer pairs (method.direct.history), steps or cells",
+            "the search needs {} bytes of the device: {why}, or take fewer pairs (method.direct.history), steps or cells",
             self.bytes()
         )
     }
@@ -234,7 +234,7 @@ impl Plan {
         let largest = self.sizes.iter().map(Size::step_bytes).max().unwrap_or(0);
         if largest > bound {
             return Err(self.refusal(&format!(
-                "a step of {largest} bytes is more than the {bound} that it takes at once"
+                "a step of {largest} bytes is more than the {bound} that it takes at once; choose another device"
             )));
         }
         match (most, paged) {
@@ -259,7 +259,7 @@ impl Plan {
         let least = others + frames(1);
         if least > most {
             return Err(self.refusal(&format!(
-                "it may take {most}, and with every step streamed it needs {least}"
+                "it may take {most}, and needs {least} with every step streamed; raise --device-memory"
             )));
         }
         let fits = |&&steps: &&usize| frames(steps) <= left / FOR_FRAMES;

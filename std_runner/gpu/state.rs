@@ -186,9 +186,8 @@ impl State {
     pub fn new(machine: &mut Machine, search: &Search<'_>, most: Option<u64>) -> Result<Self, String> {
         let facts = Facts::new(search);
         let plan = fit(machine, &search.room, most)?;
-        let none = || {
-            plan.refusal("the device has not so much left, or a ceiling of its memory (--device-memory) is needed, below which steps are streamed")
-        };
+        let why = "it has not so much left; give less by --device-memory, and steps are streamed";
+        let none = || plan.refusal(why);
         let mut fields = machine.fields(&plan).ok_or_else(none)?.into_iter();
         let mut next = || fields.next().ok_or_else(none);
         let mut state = Self {
