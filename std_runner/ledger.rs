@@ -3,6 +3,7 @@
 use crate::bytes::{grouped, rounded};
 use crate::console::print;
 use crate::exit::Failure;
+use crate::region::MARGIN;
 use serde_json::{Value, json};
 use std::path::Path;
 use thurible_core::Entry;
@@ -27,6 +28,14 @@ pub(crate) fn print_ledger<'a>(lines: impl Iterator<Item = Line<'a>>, sum: usize
         ));
     }
     print(&format!("{:>18}  in all ({}){more}", grouped(sum), rounded(sum)));
+}
+
+/// Prints the least ceiling under which a block of so many bytes is planned.
+pub(crate) fn print_least(block: usize) {
+    print(&format!(
+        "{:>18}  the least --memory-limit, with what holds the block",
+        grouped(block.saturating_add(MARGIN))
+    ));
 }
 
 /// The line of JSON that says what is planned: the buffers, the bytes of all of them, and what `more` says.

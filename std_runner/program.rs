@@ -9,7 +9,7 @@ use crate::commands::{
 use crate::console;
 use crate::exit::{DONE, Failure, INPUT};
 use crate::interrupt::let_long_files_fail;
-use clap::{CommandFactory, Parser};
+use clap::{Arg, Command as Parsed, CommandFactory, FromArgMatches};
 use core::time::Duration;
 use std::thread;
 use thurible_core::exec::Ranks;
@@ -20,13 +20,29 @@ const HEARD: Duration = Duration::from_secs(3);
 /// Runs the program and returns its exit code; errors are one sentence on stderr.
 pub fn main() -> u8 {
     let_long_files_fail();
-    let cli = match Cli::try_parse() {
+    let cli = match given() {
         Ok(cli) => cli,
         Err(error) => {
             return helped(&error).unwrap_or_else(|failure| refused(&failure));
         }
     };
     run(&cli).unwrap_or_else(|failure| refused(&failure))
+}
+
+/// What the command line asks for.
+fn given() -> Result<Cli, clap::Error> {
+    let mut command = with_negative_numbers(Cli::command());
+    let matches = command.try_get_matches_from_mut(std::env::args_os())?;
+    Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
+}
+
+/// A number below 0 behind an option is its value, and refused as that where it is not allowed.
+fn with_negative_numbers(command: Parsed) -> Parsed {
+    let taken = |arg: Arg| match arg.get_action().takes_values() {
+        true => arg.allow_negative_numbers(true),
+        false => arg,
+    };
+    command.mut_args(taken).mut_subcommands(with_negative_numbers)
 }
 
 /// Says why a command could not do what it was asked; the exit code.
@@ -56,7 +72,7 @@ pub fn main_shared(ranks: &'static dyn Ranks) -> Result<u8, u8> {
     }
     let_long_files_fail();
     let first = ranks.rank() == 0;
-    let cli = match Cli::try_parse() {
+    let cli = match given() {
         Ok(cli) => cli,
         Err(error) => {
             let of_all = if error.use_stderr() { INPUT } else { DONE };

@@ -7,7 +7,7 @@ use crate::console::print;
 use crate::devices::{self, Searching, Taken};
 use crate::exit::{DONE, Failure};
 use crate::fluids;
-use crate::ledger::{line, print_ledger};
+use crate::ledger::{line, print_least, print_ledger};
 use crate::plan::{self, PlanOptions, Planned, block_bytes, plan_fields, scaled, size_in_words};
 use crate::problem::{OwnedProblem, Precision};
 use crate::progress::{Display, Mode};
@@ -275,6 +275,7 @@ fn print_plan(scene: &Scene, planned: &Planned, others: &[Other]) {
         ));
     }
     print_ledger(plan.entries().iter().map(line), plan.bytes(), "");
+    print_least(plan.bytes());
     print_bound(plan);
     print(&format!(
         "\n{:>18}{:>8}{:>18}{:>20}",

@@ -26,7 +26,7 @@ pub struct RemapArguments {
     #[arg(long)]
     pub plain: bool,
     /// How dear the vorticity of the change is, beside the change itself: a smooth change takes 5 to 15 times as long.
-    #[arg(long, value_name = "A", value_parser = not_negative, default_value = "0", allow_negative_numbers = true)]
+    #[arg(long, value_name = "A", value_parser = not_negative, default_value = "0")]
     pub alpha: f64,
     /// What becomes of a result that is there.
     #[command(flatten)]

@@ -21,7 +21,7 @@ pub struct UpsampleArguments {
     #[arg(long, value_name = "2|4|8", value_parser = factor, default_value = "4")]
     pub factor: usize,
     /// How strong the turbulence is: 1 goes on as the spectrum of the flow does, 0 adds none.
-    #[arg(long, value_name = "A", value_parser = not_negative, default_value = "1", allow_negative_numbers = true)]
+    #[arg(long, value_name = "A", value_parser = not_negative, default_value = "1")]
     pub turbulence: f64,
     /// Which turbulence: another number, other noise.
     #[arg(long, value_name = "N", default_value_t = 1)]

@@ -7,7 +7,7 @@ use super::written::{Outcome, write};
 use crate::destination::Destination;
 use crate::exit::{DONE, FILE, Failure, INTERRUPTED};
 use crate::interrupt::Interrupt;
-use crate::ledger::plan_event;
+use crate::ledger::{plan_event, print_least};
 use crate::problem::Precision;
 use crate::progress::{Clock, Display, Mode, in_words};
 use crate::region::{MARGIN, Region, touch};
@@ -67,7 +67,7 @@ fn refused(request: &Request, problem: &Deblur<'_>, error: &DeblurError) -> Fail
     let (side, frame) = (problem.kernels.side(), problem.frame);
     Failure::Input(match error {
         DeblurError::KernelTooLarge => format!(
-            "--psf {}: the kernel is {side} x {side}, larger than the image `{image}` of {} x {} pixels; give a smaller kernel, or cut its dark edges off",
+            "--psf {}: the kernel is {side} x {side}, odd as kernels are here, larger than the image `{image}` of {} x {} pixels; give a smaller kernel, or cut its dark edges off",
             request.psf, frame.width, frame.height
         ),
         DeblurError::Setting { name, allowed } => {
@@ -240,6 +240,7 @@ fn print_plan(request: &Request, ledger: &Ledger, planned: usize) {
         console::print(&format!("{:>18}  {}", bytes::grouped(entry.bytes), entry.name));
     }
     console::print(&format!("{:>18}  the block", bytes::grouped(planned)));
+    print_least(planned);
 }
 
 fn announce<T: Real>(request: &Request, problem: &Deblur<'_>, planned: usize, display: &Display) {

@@ -3,7 +3,7 @@
 use crate::bytes::{self, grouped};
 use crate::console::print;
 use crate::exit::Failure;
-use crate::ledger::{line, over, print_ledger};
+use crate::ledger::{line, over, print_least, print_ledger};
 use crate::plan::{PlanOptions, size_in_words};
 use crate::problem::{self, OwnedProblem, Precision};
 use crate::region::MARGIN;
@@ -188,6 +188,7 @@ pub(crate) fn print_plan(scene: &Scene, planned: &Planned) {
         params.threads
     ));
     print_ledger(plan.entries().iter().map(line), plan.bytes(), "");
+    print_least(plan.bytes());
     let repeated = planned.repeated();
     match params.slots {
         Slots::None => {}

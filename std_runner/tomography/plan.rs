@@ -3,7 +3,7 @@
 use super::request::Request;
 use super::views::Views;
 use crate::exit::Failure;
-use crate::ledger::plan_event;
+use crate::ledger::{plan_event, print_least};
 use crate::plan::size_in_words;
 use crate::progress::Mode;
 use crate::region::MARGIN;
@@ -124,4 +124,5 @@ pub(super) fn print_plan(request: &Request<'_>, plan: &Plan) {
     for (count, name) in lines {
         console::print(&format!("{:>18}  {name}", bytes::grouped(count)));
     }
+    print_least(plan.block().saturating_add(plan.beside));
 }

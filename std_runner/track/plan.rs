@@ -5,7 +5,7 @@ use super::scene::CaptureScene;
 use crate::bytes;
 use crate::console::print;
 use crate::exit::Failure;
-use crate::ledger::{line, over, plan_event, print_ledger};
+use crate::ledger::{line, over, plan_event, print_least, print_ledger};
 use crate::plan::{PlanOptions, size_in_words};
 use crate::problem::Precision;
 use crate::progress::Mode;
@@ -124,4 +124,5 @@ pub(crate) fn print_plan(scene: &CaptureScene, planned: &Planned, mode: Mode) {
     ));
     let lines = plan.entries().iter().map(line);
     print_ledger(lines, plan.bytes(), ", whatever the number of frames");
+    print_least(plan.bytes());
 }
