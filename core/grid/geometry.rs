@@ -204,6 +204,12 @@ impl Grid {
         })
     }
 
+    /// How many they are along each axis.
+    #[must_use]
+    pub fn counts_inside(&self) -> [usize; 3] {
+        self.inside().map(|inside| inside.len())
+    }
+
     /// Whether a cell is outside the box.
     #[must_use]
     pub fn is_outside(&self, at: [usize; 3]) -> bool {

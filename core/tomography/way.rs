@@ -10,8 +10,9 @@ use super::terrain::{Ground, walk};
 use crate::real::Real;
 use crate::walk::Course;
 
-/// Tenths of a budget, after each of which the tolerance is asked.
+/// Parts of a budget, after each of which the tolerance is asked, and chains in each of them at least: a few that found nothing are no end.
 const PARTS: u64 = 10;
+const CHAINS: u64 = 10;
 
 impl<T: Real, const D: usize> Reconstruction<'_, T, D> {
     /// Begins frame `frame` with the pictures that were measured: from nothing, or, `warm`, from the density of the frame before, unless that
@@ -133,8 +134,11 @@ impl<T: Real, const D: usize> Reconstruction<'_, T, D> {
         while left > 0 && !self.over() {
             let mut course = self.course;
             let before = course.walked().mutations;
-            let tenth = self.budget.div_ceil(PARTS);
-            let end = (before / tenth + 1) * tenth;
+            let part = self
+                .budget
+                .div_ceil(PARTS)
+                .max(CHAINS.saturating_mul(self.problem.settings.length));
+            let end = (before / part + 1).saturating_mul(part);
             self.stroll(&mut course, left.min(end - before));
             self.course = course;
             let went = course.walked().mutations - before;

@@ -70,6 +70,9 @@ pub(crate) fn open(folder: &Path) -> Result<Found, Failure> {
         let report = fs::read(folder.join(REPORT));
         let report = report.map(|text| serde_json::from_slice::<Value>(&text).unwrap_or_default());
         let why = match report {
+            Ok(report) if report.get("kind").is_some() => {
+                "it is no solve, and what it holds is whole as far as it goes; make it anew with --force for more"
+            }
             Ok(report) if was_interrupted(&report) && is_one_pass(&report) => {
                 "it was simulated in one pass, of which no state is kept, and interrupted; simulate anew with --force"
             }

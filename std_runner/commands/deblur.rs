@@ -18,7 +18,7 @@ const TO_THE_OPTIMUM: usize = 1000;
 /// Arguments of `deblur`.
 #[derive(Args, Debug)]
 pub struct DeblurArguments {
-    /// The image: .png, .npy, or .npz with an array `image`.
+    /// The image: a picture (.png, .jpg, .tif, .webp), .npy, or .npz with an array `image`.
     pub image: PathBuf,
     /// What blurred it: disc:RADIUS, motion:LENGTH,DEGREES, gaussian:SIGMA, a .png or .npy of the kernel, or a .npz with `kernels` and `index`.
     #[arg(long, value_name = "X")]
@@ -103,10 +103,18 @@ pub fn run(arguments: &DeblurArguments) -> Result<u8, Failure> {
         arguments.overwriting.check(&arguments.output)?;
     }
     let prior = prior(arguments)?;
-    if arguments.method == Restorer::RichardsonLucy && arguments.saturation.is_some() {
-        return Err(Failure::Input(
-            "--saturation: richardson_lucy takes every pixel; leave it out, or take another --method".into(),
-        ));
+    let whole = matches!(arguments.method, Restorer::RichardsonLucy | Restorer::Wiener);
+    if whole && arguments.saturation.is_some() {
+        return Err(Failure::Input(format!(
+            "--saturation: {} takes every pixel; leave it out, or take --method walk or primal_dual",
+            arguments.method.name()
+        )));
+    }
+    if whole && arguments.prior.is_some() {
+        return Err(Failure::Input(format!(
+            "--prior: {} knows none; leave it out, or take --method walk",
+            arguments.method.name()
+        )));
     }
     let iterations = match arguments.method {
         Restorer::PrimalDual => TO_THE_OPTIMUM,

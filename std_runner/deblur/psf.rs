@@ -8,6 +8,8 @@ use thurible_core::deblur::{Blur, Frame};
 
 /// Samples along a side of a number of a kernel.
 const FINE: usize = 16;
+/// Between its samples a narrower Gaussian is not seen.
+const LEAST_SIGMA: f64 = 0.05;
 /// Kernels of a greater radius are refused.
 const MOST: usize = 127;
 /// More kernels than a pixel's index can name.
@@ -208,6 +210,11 @@ fn place(radius: usize, number: usize, part: usize) -> f64 {
 
 /// exp(-(x^2 + y^2) / (2 sigma^2)), a product of one for each axis, and so are its means.
 fn gaussian(text: &str, sigma: f64) -> Result<Psf, Failure> {
+    if sigma < LEAST_SIGMA {
+        let why =
+            format!("found \"{sigma}\", allowed is a standard deviation of {LEAST_SIGMA} pixels or more");
+        return Err(refuse(text, why));
+    }
     let radius = radius_of(3.0 * sigma);
     let density = |x: f64| (-0.5 * x * x / (sigma * sigma)).exp();
     let mean = |number: usize| -> f64 { (0..FINE).map(|part| density(place(radius, number, part))).sum() };
@@ -248,7 +255,9 @@ fn motion(text: &str, length: f64, angle: &str) -> Result<Psf, Failure> {
     let degrees: f64 = angle
         .trim()
         .parse()
-        .map_err(|_| refuse(text, format!("found \"{angle}\", allowed is an angle in degrees")))?;
+        .ok()
+        .filter(|degrees: &f64| degrees.is_finite())
+        .ok_or_else(|| refuse(text, format!("found \"{angle}\", allowed is an angle in degrees")))?;
     let (turn, half) = (degrees.to_radians(), 0.5 * length);
     let (cos, sin) = (turn.cos(), -turn.sin());
     shape(text, half, move |x, y| {

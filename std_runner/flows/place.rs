@@ -37,7 +37,7 @@ pub(super) fn solid(request: &Request, known: &Known) -> Result<Option<Vec<bool>
         let shape = ShapeSpec::default().of_file(solid.clone(), solid);
         let mut notes: Vec<Note> = Vec::new();
         let drawn = shape.cut_noting(&canvas, Path::new("."), &mut notes);
-        let drawn = drawn.map_err(|error| told(error.to_string()))?;
+        let drawn = drawn.map_err(|error| error.failure(format!("--solid {}: {error}", solid.display())))?;
         drawn.into_iter().map(|part| part >= 0.5).collect()
     };
     match covered.iter().filter(|&&solid| solid).count() {

@@ -53,7 +53,7 @@ pub(super) fn check_ending(path: &Path, name: Option<&str>) -> Result<(), Fault>
     } else {
         Err(Fault::content(
             "has an unknown extension",
-            "files are .npy, .npz or .vdb",
+            "files are .npy, .npz or .vdb, and pictures .png, .jpg, .tif or .webp",
         ))
     }
 }

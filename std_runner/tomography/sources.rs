@@ -217,8 +217,14 @@ pub(super) fn refuse<'a>(document: &'a Document, key: &'a str) -> impl Fn(ShapeE
     }
 }
 
-/// Refuses a sequence whose numbers leave one out.
+/// Refuses a sequence whose numbers leave one out, or come twice.
 fn no_gap(document: &Document, key: &str, pattern: &str, files: &Numbered) -> Result<(), Failure> {
+    if let Some([one, other]) = files.doubled() {
+        let why = format!(
+            "is \"{pattern}\", and two files have the same number, {one} and {other}; take one of them out, or give it another number"
+        );
+        return Err(document.refuse(key, why));
+    }
     match files.missing() {
         None => Ok(()),
         Some(gap) => Err(document.refuse(

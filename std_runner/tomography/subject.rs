@@ -2,9 +2,13 @@
 
 use crate::exit::Failure;
 use crate::keyframes::{Measured, Measurements, ends_with};
+use crate::undershoot::Undershoot;
 use core::ops::RangeInclusive;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
+
+/// The largest density, whose sums along rays are numbers in single precision.
+const MOST: f64 = 1e30;
 
 /// What is photographed, and how.
 #[derive(Clone)]
@@ -28,6 +32,7 @@ pub(crate) struct Rig {
 /// The density that is photographed.
 pub(super) struct Subject {
     held: Measurements,
+    array: String,
     pub length: f64,
     pub dt: f64,
     /// Cells along x, y (and z).
@@ -70,6 +75,7 @@ impl Subject {
         Ok(Self {
             length: number("length"),
             dt: number("dt"),
+            array: rig.array.clone(),
             held,
             cells,
         })
@@ -87,8 +93,21 @@ impl Subject {
 
     /// The density of a frame.
     pub fn density(&self, frame: usize) -> Result<Vec<f32>, Failure> {
-        let Measured { values, .. } = self.held.read(frame).map_err(failed)?;
+        let Measured { values, shape, .. } = self.held.read(frame).map_err(failed)?;
+        let told = |found: String, remedy: &str| {
+            let (path, array) = (self.path().display(), &self.array);
+            Failure::Input(format!("{path}: `{array}`[{frame}] {found}; {remedy}"))
+        };
         // Transport may undershoot; a camera sees no less than nothing.
+        if let Some(found) = Undershoot::of(&values).filter(|found| !found.is_small()) {
+            let [found, remedy] = found.refused(&shape);
+            return Err(told(found, &remedy));
+        }
+        let largest = values.iter().copied().fold(0.0, f64::max);
+        if largest > MOST {
+            let remedy = "cameras see densities up to 1e30: give them in another unit";
+            return Err(told(format!("holds {largest:e}"), remedy));
+        }
         Ok(values.into_iter().map(|value| value.max(0.0) as f32).collect())
     }
 }

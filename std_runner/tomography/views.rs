@@ -10,12 +10,16 @@ use crate::deblur::Light;
 use crate::exit::Failure;
 use crate::keyframes::{Measured, Measurements, is_picture};
 use crate::scene::{Document, read};
+use core::ops::RangeInclusive;
 use std::path::Path;
 use thurible_core::tomography::Settings;
 use toml::Value;
 
 /// The file that is looked for in a folder of views.
 pub(super) const FILE: &str = "views.toml";
+
+/// How bright the brightest pixel may be, for squares to be numbers in single precision too.
+const LIGHT: RangeInclusive<f64> = 1e-30..=1e30;
 
 /// What a file of views says.
 pub(super) struct Views {
@@ -170,6 +174,12 @@ impl Views {
         }
         if !(brightest > 0.0) {
             let why = "have nothing but zeros in all frames; there is no smoke to reconstruct: check the files and `pictures.scale`";
+            return Err(self.document.refuse("camera", why));
+        }
+        if !LIGHT.contains(&brightest) {
+            let why = format!(
+                "have {brightest:e} as their brightest pixel; 1e-30 to 1e30 can be reconstructed: set `pictures.scale`"
+            );
             return Err(self.document.refuse("camera", why));
         }
         let threshold = self.settings.hull_threshold;

@@ -8,8 +8,14 @@ use crate::exit::Failure;
 use crate::keyframes::{Frames, Series, ends_with};
 use crate::plan::size_in_words;
 use crate::undershoot::{Undershoot, place};
+use core::ops::RangeInclusive;
 use thurible_core::Boundary;
 use thurible_core::track::FULL;
+
+/// The densest smoke that can be tracked, from and to: its squares are numbers in single precision too.
+const TRACKED: [f64; 2] = [1e-30, 1e30];
+/// As how much the densest may count by a scale that is given.
+const COUNTED: RangeInclusive<f64> = 1e-6..=1e6;
 
 /// Frames that can be tracked.
 pub(crate) struct Given {
@@ -29,6 +35,24 @@ pub(crate) struct Given {
     pub density_scale: f64,
     /// What the user should know of the frames.
     pub remarks: Vec<String>,
+}
+
+/// What densities are multiplied by.
+fn scaled(scene: &CaptureScene, largest: f64) -> Result<f64, Failure> {
+    let automatic = FULL / largest;
+    let Some(scale) = scene.density_scale else {
+        return Ok(automatic);
+    };
+    let counted = scale * largest;
+    if COUNTED.contains(&counted) {
+        return Ok(scale);
+    }
+    let why = format!(
+        "is {scale:e}, by which the densest smoke counts as {counted:.1e}; the weights are made for {FULL}, and {:e} to {:e} can be tracked: write {automatic:.1e}, or leave it out",
+        COUNTED.start(),
+        COUNTED.end()
+    );
+    Err(scene.document.refuse("capture.density_scale", why))
 }
 
 impl Given {
@@ -56,7 +80,7 @@ impl Given {
         };
         let is_result = known.boundary.is_some();
         let largest = given.look(scene, is_result)?;
-        given.density_scale = scene.density_scale.unwrap_or(FULL / largest);
+        given.density_scale = scaled(scene, largest)?;
         given.emission = Emission::open(scene, emission.as_deref(), &given.cells, first + pairs)?;
         for step in 0..pairs {
             given.emission(scene, step)?;
@@ -150,10 +174,10 @@ impl Given {
                 let found = format!("holds {} at {}", frame.values[at], place(at, &shape));
                 return Err(refuse(&self.frames, index, &found, "every value must be finite"));
             }
-            let too_large = |value: &f64| value.abs() > f64::from(f32::MAX);
+            let too_large = |value: &f64| value.abs() > TRACKED[1];
             if let Some(at) = frame.values.iter().position(too_large) {
                 let found = format!("holds {:e} at {}", frame.values[at], place(at, &shape));
-                let remedy = "numbers up to 3.4e38 can be tracked: give densities in another unit";
+                let remedy = "numbers up to 1e30 can be tracked: give densities in another unit";
                 return Err(refuse(&self.frames, index, &found, remedy));
             }
             if let Some(found) = Undershoot::of(&frame.values) {
@@ -175,8 +199,13 @@ impl Given {
                 "{count} values in {frames} frames are below 0, the least {least:.3e}; they stay as they are"
             ));
         }
-        if largest > 0.0 {
+        if largest >= TRACKED[0] {
             return Ok(largest);
+        }
+        if largest > 0.0 {
+            let found = format!("and all others hold no more than {largest:e}");
+            let remedy = "smoke of 1e-30 and more can be tracked: give densities in another unit";
+            return Err(refuse(&self.frames, self.first, &found, remedy));
         }
         let remedy = "give frames with smoke in them";
         Err(refuse(

@@ -326,6 +326,32 @@ fn what_cannot_be_is_refused_in_a_sentence() {
         ),
         (
             "blurred.npy",
+            &["--psf", &good, "--method", "wiener", "--saturation"],
+            &["--saturation", "wiener takes every pixel", "primal_dual"],
+        ),
+        (
+            "blurred.npy",
+            &["--psf", &good, "--method", "wiener", "--prior", "tv"],
+            &["--prior", "wiener knows none"],
+        ),
+        (
+            "blurred.npy",
+            &["--psf", "motion:5,nan"],
+            &["\"nan\"", "an angle in degrees"],
+        ),
+        (
+            "blurred.npy",
+            &["--psf", "gaussian:1e-9"],
+            &["0.000000001", "0.05 pixels or more"],
+        ),
+        // A number below 0 is a value.
+        (
+            "blurred.npy",
+            &["--psf", &good, "--gamma", "-1"],
+            &["--gamma", "must be"],
+        ),
+        (
+            "blurred.npy",
             &["--psf", &good, "--prior", "smooth"],
             &["smooth", "clusters"],
         ),

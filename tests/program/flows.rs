@@ -642,7 +642,7 @@ fn what_cannot_be_taken_further_is_refused() {
         (&["remap", result], 2, &["--solid"]),
         (
             &["remap", result, "--solid", "none.png"],
-            2,
+            4,
             &["--solid none.png", "cannot be read"],
         ),
         (

@@ -247,6 +247,10 @@ fn bad_pictures_are_refused_in_a_sentence() {
     for (name, values) in [("t_1.npy", &lit[..]), ("t_2.npy", &lit[..6])] {
         write(name, values);
     }
+    for name in ["d_1.npy", "d_01.npy"] {
+        write(name, &lit);
+    }
+    write("faint.npy", &lit.map(|value| 1e-300 * value));
     let cases: &[(&str, &str, &[&str])] = &[
         (
             "file = \"good.npy\"",
@@ -282,6 +286,16 @@ fn bad_pictures_are_refused_in_a_sentence() {
             "file = \"good.npy\"",
             "files = \"t_*.npy\"",
             &["camera[0]", "1 frames", "2"],
+        ),
+        (
+            "files = \"d_*.npy\"",
+            "files = \"d_*.npy\"",
+            &["d_*.npy", "d_01.npy and d_1.npy", "the same number"],
+        ),
+        (
+            "file = \"faint.npy\"",
+            "file = \"faint.npy\"",
+            &["3e-300", "pictures.scale"],
         ),
         (
             "file = \"good.npy\"",
@@ -337,6 +351,53 @@ fn noise_below_zero_and_dark_frames_are_taken() {
     let density = read(&out.join("result.npz"))["density"].data.clone();
     assert!(density[..64].iter().sum::<f64>() > 4.0);
     assert!(density[64..].iter().all(|&value| value == 0.0));
+}
+
+/// A few chains that find nothing are no end of a frame.
+#[test]
+fn a_small_budget_is_spent() {
+    let (folder, views) = views("tomography_few", 2, &[]);
+    for seed in 1..7 {
+        let (out, seed) = (folder.join("out"), format!("tomography.seed={seed}"));
+        let ended = reconstruct(
+            &views,
+            &out,
+            &["--set", "tomography.budget=20000", "--set", &seed],
+        );
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        let report = report(&out);
+        let spent = |frame: u64| {
+            let entries = report["history"].as_array().unwrap().iter();
+            let of_frame = entries.filter(|entry| entry["frame"] == frame);
+            of_frame.filter_map(|entry| entry["mutations"].as_u64()).max()
+        };
+        for frame in 0..report["frames"].as_array().unwrap().len() as u64 {
+            assert_eq!(spent(frame), Some(20000), "frame {frame}, {seed}");
+        }
+    }
+}
+
+/// What is no density is not photographed.
+#[test]
+fn what_cannot_be_photographed_is_refused() {
+    let folder = fresh_folder("photograph_refusals");
+    let path = folder.join("density.npy");
+    for (value, words) in [
+        (-0.5, "a density is never negative"),
+        (1e300, "holds 1e300; cameras see densities up to 1e30"),
+    ] {
+        let mut values = vec![0.1; 2 * 36];
+        values[36..].iter_mut().for_each(|cell| *cell = value);
+        fs::write(&path, npy(&[2, 6, 6], &values)).unwrap();
+        let ended = run(&["photograph", text(&path), "-o", text(&folder.join("no"))]);
+        assert_eq!(ended.code, 2, "{}", ended.err);
+        assert!(
+            ended.err.contains("density.npy") && ended.err.contains("[1]") && ended.err.contains(words),
+            "{}",
+            ended.err
+        );
+        assert!(!folder.join("no").exists());
+    }
 }
 
 /// After a dark frame a warm walk begins from nothing, with the whole budget, as a cold one does.

@@ -622,6 +622,37 @@ fn an_interrupted_run_is_a_shorter_result() {
         (arrays["captured"].shape[0], arrays["velocity_x"].shape[0]),
         (done + 1, done)
     );
+    let ended = run(&["resume", out.to_str().unwrap()]);
+    assert!(
+        ended.code == 4 && ended.err.contains("it is no solve") && !ended.err.contains("--checkpoint"),
+        "{}",
+        ended.err
+    );
+}
+
+/// Whatever the flow, it is carried as it is where its cells are: Horn and Schunck's has a divergence.
+#[test]
+fn a_flow_with_a_divergence_is_carried_as_it_is() {
+    let flow = plume("track_readvect", "small_periodic");
+    let (out, again) = (flow.with_file_name("out"), flow.with_file_name("again"));
+    let more = ["--method", "horn_schunck", "--set", "capture.first=1"];
+    let ended = track(&flow, &out, &more);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let ended = run(&[
+        "readvect",
+        out.to_str().unwrap(),
+        "-o",
+        again.to_str().unwrap(),
+        "--quiet",
+    ]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let [found, carried] = [&out, &again].map(|folder| npz::read(&folder.join("result.npz")));
+    for name in ["velocity_x", "velocity_y"] {
+        assert_eq!(found[name].data, carried[name].data, "{name}");
+    }
+    let pairs = found["density"].data.iter().zip(&carried["density"].data);
+    let apart = pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f64::max);
+    assert!(apart < 1e-4, "{apart}");
 }
 
 /// What is made between frames is taken off where it is known: beside the frames, in a file of its own, or not at all.
@@ -781,6 +812,34 @@ fn frames_of_nothing_and_of_too_much_say_so() {
     assert_eq!(ended.code, 2, "{}", ended.err);
     assert!(
         ended.err.contains("holds 1e300 at") && ended.err.contains("in another unit"),
+        "{}",
+        ended.err
+    );
+    for number in 0..2 {
+        let faint: Vec<f64> = blob(number)
+            .into_iter()
+            .map(|value| 1e-40 * f64::from(value))
+            .collect();
+        fs::write(
+            frames.join(format!("smoke_{number}.npy")),
+            npz::npy(&[12, 16], &faint),
+        )
+        .unwrap();
+    }
+    let ended = track(&frames, &out, &[]);
+    assert_eq!(ended.code, 2, "{}", ended.err);
+    assert!(ended.err.contains("1e-30 and more"), "{}", ended.err);
+    for number in 0..2 {
+        npy(
+            &frames.join(format!("smoke_{number}.npy")),
+            &[12, 16],
+            &blob(number),
+        );
+    }
+    let ended = track(&frames, &out, &["--set", "capture.density_scale=1e12"]);
+    assert_eq!(ended.code, 2, "{}", ended.err);
+    assert!(
+        ended.err.contains("`capture.density_scale`") && ended.err.contains("or leave it out"),
         "{}",
         ended.err
     );

@@ -108,7 +108,8 @@ impl<'m, T: Real> Refined<'m, T> {
             sums: &mut [],
             region: &mut [],
             threads,
-            projects: problem.solids || !finest.is_open(),
+            // A flow that stays on its grid is carried as it is, with whatever divergence it has.
+            projects: problem.solids || (doublings > 0 && !finest.is_open()),
             tolerance: problem.projection_tolerance,
             stepping: Stepping::from(problem.advection),
             largest: 0.0,
@@ -177,7 +178,7 @@ fn free<'a>(problem: &Problem<'a>) -> Problem<'a> {
 /// The grid whose cells are as often twice as long; `None` if there is none.
 fn halved(grid: &Grid, halvings: usize) -> Option<Grid> {
     let by = 1 << halvings;
-    let (mut h, mut inside) = (grid.h, grid.inside().map(|inside| inside.len()));
+    let (mut h, mut inside) = (grid.h, grid.counts_inside());
     for (n, h) in inside.iter_mut().zip(&mut h).take(grid.dims) {
         if !n.is_multiple_of(by) {
             return None;
