@@ -194,6 +194,12 @@ pub fn refusal(scene: &Scene, error: PlanError) -> Failure {
             let why = format!("is more than the method {method} can do; {otherwise}, or take {other}");
             scene.document.refuse(key, why)
         }
+        PlanError::Problem(error @ (ProblemError::SolidScheme | ProblemError::OpenScheme)) => scene
+            .document
+            .refuse("advection.scheme", format!("cannot be used: {error}")),
+        PlanError::Problem(error @ ProblemError::OpenCells { .. }) => scene
+            .document
+            .refuse("grid.cells", format!("cannot be used: {error}; take fewer")),
         other => Failure::Input(format!("{path}: {other}; change that value in the scene")),
     }
 }

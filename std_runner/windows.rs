@@ -9,7 +9,7 @@
 
 use crate::owned::OwnedProblem;
 use core::ops::RangeInclusive;
-use thurible_core::{Emitter, Supply};
+use thurible_core::{Emitter, Supply, Template};
 
 /// `[method] window` and `stride`
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -250,6 +250,15 @@ impl Window {
                 ..*emitter
             })
         };
+        // Those that act in one of its forces.
+        let template = |template: &Template| {
+            let from = template.from.saturating_sub(start);
+            (template.to > start && from + 1 < self.steps).then(|| Template {
+                from,
+                to: template.to.min(end) - start,
+                ..*template
+            })
+        };
         let searched = self.is_searched();
         let aim = self.ahead.as_ref().map(Ahead::aim);
         let weighed: Vec<usize> = self.keyframes.iter().copied().chain(self.beyond()).collect();
@@ -259,6 +268,7 @@ impl Window {
             keyframe_weights: weighed.iter().filter_map(weight).collect(),
             keyframe_regions: whole.keyframe_regions && searched,
             emitters: self.emitters.iter().filter_map(emitter).collect(),
+            templates: whole.templates.iter().filter_map(template).collect(),
             release: None,
             schedule: if searched {
                 shifted(&whole.schedule, start, self.steps)

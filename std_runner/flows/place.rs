@@ -31,7 +31,7 @@ pub(super) fn solid(request: &Request, known: &Known) -> Result<Option<Vec<bool>
     let covered = if is_scene {
         let cells = format!("grid.cells={:?}", canvas.cells);
         let scene = Scene::load_free(solid, &[cells])?;
-        let drawn = run::inputs::solid_cells(&scene, &mut Vec::new())?;
+        let drawn = run::drawn::solid_cells(&scene, &mut Vec::new())?;
         drawn.ok_or_else(|| told("has no [[obstacle]]; write one".into()))?
     } else {
         let shape = ShapeSpec::default().of_file(solid.clone(), solid);

@@ -95,8 +95,14 @@ fn densities(
         );
         return Err(Fault::content(found, remedy));
     }
-    array.refuse_not_finite()?;
-    if let Some(text) = array.clip()? {
+    let of_entry = |fault: Fault| {
+        fault.of_entry(match entry {
+            Some(Entry::At(entry)) => Some(entry),
+            _ => None,
+        })
+    };
+    array.refuse_not_finite().map_err(of_entry)?;
+    if let Some(text) = array.clip().map_err(of_entry)? {
         notes.push(Note::remark(format!("`{}` {text}", path.display())));
     }
     let largest = array.values.iter().copied().fold(0.0, f64::max);

@@ -80,6 +80,17 @@ impl Fault {
         }
     }
 
+    /// The same of an entry along the first axis.
+    pub(super) fn of_entry(self, entry: Option<usize>) -> Self {
+        match (self, entry) {
+            (Self::Content { found, remedy }, Some(entry)) => Self::Content {
+                found: format!("{found} of entry {entry}"),
+                remedy,
+            },
+            (fault, _) => fault,
+        }
+    }
+
     /// The error of the user's `key`, which named `path`.
     pub(super) fn of(self, key: &str, path: &Path) -> ShapeError {
         let (key, path) = (key.to_owned(), path.to_owned());

@@ -25,13 +25,29 @@ pub(crate) fn findings(scene: &Scene, layers: &[Layer]) -> Vec<String> {
     let smoke: Vec<&Layer> = layers.iter().filter(smoke).collect();
     let cut = smoke.iter().filter_map(|layer| cut_off(&canvas, layer));
     let inside = smoke.iter().filter_map(|layer| inside_a_solid(layers, layer));
+    let kept = outside_of_solids(layers);
     let kinds = [
-        masses(scene, layers),
-        fast(scene, &canvas, layers),
+        masses(scene, &kept),
+        fast(scene, &canvas, &kept),
         cut.collect(),
         inside.collect(),
     ];
     kinds.into_iter().flat_map(shortened).collect()
+}
+
+/// The layers without what of the smoke lies in obstacles, where it is lost.
+fn outside_of_solids(layers: &[Layer]) -> Vec<Layer> {
+    let solid = layers.iter().find(|layer| layer.role == Role::Solid);
+    let mut kept = layers.to_vec();
+    for layer in &mut kept {
+        if let (Some(solid), Role::Source | Role::Emitter(_) | Role::Keyframe(_)) = (solid, layer.role) {
+            let cells = layer.values.iter_mut().zip(&solid.values);
+            cells
+                .filter(|(_, solid)| **solid > 0.5)
+                .for_each(|(value, _)| *value = 0.0);
+        }
+    }
+    kept
 }
 
 /// The first sentences of a kind, and how many there are more.

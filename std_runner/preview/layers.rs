@@ -3,7 +3,7 @@
 use crate::exit::Failure;
 use crate::keyframes::{Canvas, Note, ShapeSpec};
 use crate::run::drawn::drawn;
-use crate::run::inputs::solid_cells;
+use crate::run::drawn::solid_cells;
 use crate::scene::Scene;
 use crate::stay::Stay;
 
@@ -25,6 +25,7 @@ pub(crate) enum Role {
 }
 
 /// A field on the cells of a scene.
+#[derive(Clone)]
 pub(crate) struct Layer {
     /// Its key in the scene.
     pub key: String,

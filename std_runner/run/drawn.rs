@@ -38,13 +38,28 @@ pub(crate) fn drawn<T: Real>(
 }
 
 /// Draws a shape, which stands at `key`, for cells that are in it from 0.5 on.
-pub(super) fn cut(
-    scene: &Scene,
-    key: &str,
-    shape: &ShapeSpec,
-    notes: &mut Vec<Note>,
-) -> Result<Vec<f64>, Failure> {
+fn cut(scene: &Scene, key: &str, shape: &ShapeSpec, notes: &mut Vec<Note>) -> Result<Vec<f64>, Failure> {
     drawn_by(ShapeSpec::cut_noting, scene, (key, shape), notes)
+}
+
+/// Draws the obstacles: a cell of which they cover at least half is solid. Nothing where the scene has none.
+pub(crate) fn solid_cells(scene: &Scene, notes: &mut Vec<Note>) -> Result<Option<Vec<bool>>, Failure> {
+    if scene.obstacles.is_empty() {
+        return Ok(None);
+    }
+    let mut solid = vec![false; scene.grid.cells.iter().product()];
+    for (key, shape) in &scene.obstacles {
+        let covered = cut(scene, key, shape, notes)?;
+        if !covered.iter().any(|&part| part >= 0.5) {
+            let why = "covers no cell by half, so that nothing would be solid; make it larger, or thicker than a cell";
+            return Err(scene.document.refuse(key, why));
+        }
+        solid
+            .iter_mut()
+            .zip(covered)
+            .for_each(|(solid, part)| *solid |= part >= 0.5);
+    }
+    Ok(Some(solid))
 }
 
 /// A way to draw a shape.

@@ -51,9 +51,12 @@ impl Origin {
         let step = self.step.or(earlier.flows().checked_sub(1));
         let density = earlier.density(step, &mut inputs.notes);
         let density = density.map_err(|error| self.unread(&error))?;
-        solver
-            .set_source(&narrowed(density))
-            .map_err(|error| self.unusable(&error))?;
+        // Where emitters make the smoke it may be that there is none yet.
+        if scene.emitters.is_empty() || density.iter().any(|&value| value > 0.0) {
+            solver
+                .set_source(&narrowed(density))
+                .map_err(|error| self.unusable(&error))?;
+        }
         set_emitters(scene, solver, among, &mut None, &mut inputs.notes)?;
         for axis in 0..S::DIM {
             let faces = self.velocity::<T>(&mut earlier, step, axis, scale)?;

@@ -1,6 +1,6 @@
 //! What a solve starts from: drawn from the scene, or read from an earlier result, one field at a time.
 
-use super::drawn::{cut, drawn, narrowed, refusal, refuse};
+use super::drawn::{drawn, narrowed, refusal, refuse, solid_cells};
 use super::reach::Reach;
 use super::targets::{Which, check_reach, set_keyframes};
 use crate::exit::Failure;
@@ -87,26 +87,6 @@ pub(super) fn set_mask<T: Real, S: Space>(
         }
         other => refuse(scene, key)(other),
     })
-}
-
-/// Draws the obstacles: a cell of which they cover at least half is solid. Nothing where the scene has none.
-pub(crate) fn solid_cells(scene: &Scene, notes: &mut Vec<Note>) -> Result<Option<Vec<bool>>, Failure> {
-    if scene.obstacles.is_empty() {
-        return Ok(None);
-    }
-    let mut solid = vec![false; scene.grid.cells.iter().product()];
-    for (key, shape) in &scene.obstacles {
-        let covered = cut(scene, key, shape, notes)?;
-        if !covered.iter().any(|&part| part >= 0.5) {
-            let why = "covers no cell by half, so that nothing would be solid; make it larger, or thicker than a cell";
-            return Err(scene.document.refuse(key, why));
-        }
-        solid
-            .iter_mut()
-            .zip(covered)
-            .for_each(|(solid, part)| *solid |= part >= 0.5);
-    }
-    Ok(Some(solid))
 }
 
 /// Sets the solid cells. What they cut off from what.

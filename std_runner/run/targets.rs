@@ -1,6 +1,6 @@
 //! Keyframes for a solver: which, and scaled to which mass.
 
-use super::drawn::{drawn, refuse};
+use super::drawn::{drawn, refuse, solid_cells};
 use super::reach::Reach;
 use crate::exit::Failure;
 use crate::keyframes::Note;
@@ -42,6 +42,12 @@ pub(super) fn set_keyframes<T: Real, S: Space>(
     notes: &mut Vec<Note>,
 ) -> Result<Vec<f64>, Failure> {
     let (mut mass_factors, mut number) = (Vec::new(), 0);
+    // What lies in an obstacle is lost before masses are matched.
+    let solid = match masses {
+        Some(_) => solid_cells(scene, &mut Vec::new())?.unwrap_or_default(),
+        None => Vec::new(),
+    };
+    let is_lost = |cell: usize| solid.get(cell).is_some_and(|&solid| solid);
     for keyframe in &scene.keyframes {
         let numbered = keyframe.stay().steps().zip(number..);
         number += keyframe.hold + 1;
@@ -59,7 +65,8 @@ pub(super) fn set_keyframes<T: Real, S: Space>(
             }
         }
         let density: Vec<T> = drawn(scene, &keyframe.key, &keyframe.shape, notes)?;
-        let mass: f64 = density.iter().map(|x| x.to_f64()).sum();
+        let kept = density.iter().enumerate().filter(|&(cell, _)| !is_lost(cell));
+        let mass: f64 = kept.map(|(_, x)| x.to_f64()).sum();
         for step in steps {
             let to_free = masses
                 .and_then(|masses| masses.get(step))

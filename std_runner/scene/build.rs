@@ -27,7 +27,7 @@ fn standard() -> Problem<'static> {
 pub(super) fn scene(document: Document) -> Result<Scene, Failure> {
     let mut raw: RawScene = read(&document, "", Value::Table(document.table().clone()))?;
     let (keyframes, release) = (raw.keyframe.take(), raw.release.take());
-    let mut scene = build(document, raw)?;
+    let mut scene = build(document, raw, false)?;
     let (document, steps) = (&scene.document, scene.time.steps);
     // Stable Fluids have a force before the first step too.
     let first = if scene.method.fluids.chosen { 1 } else { 2 };
@@ -41,15 +41,17 @@ pub(super) fn scene(document: Document) -> Result<Scene, Failure> {
 
 /// A scene whose flow is free: without keyframes, and all of it after a release.
 pub(super) fn free(document: Document) -> Result<Scene, Failure> {
-    let raw: RawScene = read(&document, "", Value::Table(document.table().clone()))?;
-    let mut scene = build(document, raw)?;
+    let mut raw: RawScene = read(&document, "", Value::Table(document.table().clone()))?;
+    // Where nothing steers, what prices a force says nothing.
+    raw.control.schedule = None;
+    let mut scene = build(document, raw, true)?;
     scene.method.params.method = Method::Simulate;
     scene.control.mask = None;
     Ok(scene)
 }
 
 /// All but the keyframes and the release.
-fn build(document: Document, raw: RawScene) -> Result<Scene, Failure> {
+fn build(document: Document, raw: RawScene, is_free: bool) -> Result<Scene, Failure> {
     let grid = grid(&document, raw.grid)?;
     let time = time(&document, raw.time)?;
     let flow = flow(&document, raw.flow, &grid, time)?;
@@ -62,6 +64,7 @@ fn build(document: Document, raw: RawScene) -> Result<Scene, Failure> {
         raw.method,
         raw.simulation,
         !templates.is_empty(),
+        is_free,
         units,
     )?;
     check_weight(

@@ -86,6 +86,9 @@ fn emitter(
     Ok(shapes.into_iter().map(emission).collect())
 }
 
+/// Less is nothing in single precision.
+const FAINTEST: f64 = 1e-30;
+
 /// How much an emitter makes: the one that is given of `rate` and `target`.
 fn supply(
     document: &Document,
@@ -96,8 +99,8 @@ fn supply(
     let read = |name: &str, found: &Value| {
         let key = format!("{key}.{name}");
         let supply = document.positive_value(&key, found)?;
-        if supply > DENSEST {
-            let wanted = format_args!("a number above 0 and at most {DENSEST}");
+        if !(FAINTEST..=DENSEST).contains(&supply) {
+            let wanted = format_args!("a number from {FAINTEST:e} to {DENSEST}");
             return Err(document.outside(&key, format_args!("{supply:?}"), wanted));
         }
         Ok(supply)

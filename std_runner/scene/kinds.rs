@@ -63,7 +63,7 @@ pub(super) fn schedule(_: &mut SchemaGenerator) -> Schema {
 pub(super) fn velocity(_: &mut SchemaGenerator) -> Schema {
     json_schema!({ "anyOf": [
         { "const": "rest" },
-        { "type": "object", "required": ["file"], "additionalProperties": false, "properties": { "file": { "description": "A result, or arrays `velocity_x`, `velocity_y` (and `velocity_z`).", "type": "string" } } }
+        { "type": "object", "required": ["file"], "additionalProperties": false, "properties": { "file": { "description": "A .npz with one step of the arrays `velocity_x`, `velocity_y` (and `velocity_z`) as a result has them.", "type": "string" } } }
     ] })
 }
 

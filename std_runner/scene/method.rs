@@ -55,6 +55,7 @@ pub(super) fn method(
     method: Option<Value>,
     mut simulation: Option<Value>,
     templates: bool,
+    is_free: bool,
     units: Units,
 ) -> Result<MethodSection, Failure> {
     let mut table = table(document, "method", method)?;
@@ -82,7 +83,7 @@ pub(super) fn method(
         chosen,
         ..fluids(document, table.remove(stable_fluids::NAME), params.iterations)?
     };
-    let windows = windows(document, &mut table, params.method)?;
+    let windows = windows(document, &mut table, (!is_free).then_some(params.method))?;
     let projection = table.remove("projection");
     for (&method, key) in Method::ALL.iter().zip(&sections) {
         let given = match key.strip_prefix("method.") {
@@ -168,15 +169,19 @@ fn name_and_iterations(
     Ok((params, fluids))
 }
 
-/// `window` and `stride`, which are taken out of `table`, for a method that can be left and taken up again.
-fn windows(document: &Document, table: &mut Table, method: Method) -> Result<Option<Windows>, Failure> {
+/// `window` and `stride`, which are taken out of `table`, for a flow that nothing steers, or by a method that can be left and taken up again.
+fn windows(
+    document: &Document,
+    table: &mut Table,
+    steers: Option<Method>,
+) -> Result<Option<Windows>, Failure> {
     let (window, stride) = (table.remove("window"), table.remove("stride"));
     let key = "method.stride";
     let Some(window) = window else {
         let why = "stands without `window`, whose next one it would begin; write window = 40, or take it out";
         return stride.map_or(Ok(None), |_| Err(document.refuse(key, why)));
     };
-    if matches!(method, Method::Templates | Method::Pd) {
+    if let Some(method @ (Method::Templates | Method::Pd)) = steers {
         let why = format!(
             "is more than the method {} can do, whose {}; leave it out, or take the method {}",
             method.name(),
@@ -222,7 +227,7 @@ fn table(document: &Document, key: &str, given: Option<Value>) -> Result<Table, 
 /// Says of a key that had its place here in earlier versions where it is now.
 fn refuse_what_moved(document: &Document, key: &str, table: &Table) -> Result<(), Failure> {
     if key == "simulation" && table.contains_key("buoyancy") {
-        let why = "is not there any more: its place is `flow.buoyancy`, where it serves every method but admm; write it under [flow]";
+        let why = "is not there any more: its place is `flow.buoyancy`, where it serves every method; write it under [flow]";
         return Err(document.refuse("simulation.buoyancy", why));
     }
     Ok(())

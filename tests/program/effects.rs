@@ -2,7 +2,7 @@
 
 use crate::small::refused;
 use crate::support::verify::{Outcome, verify};
-use crate::support::{fresh_folder, json, run};
+use crate::support::{fresh_folder, json, npz, run};
 use std::fs;
 
 /// Everything at once in 2D, but for what a test sets otherwise.
@@ -508,4 +508,148 @@ fn obstacles_are_in_the_result() {
                 .all(|(&rho, _)| rho == 0.0)
         );
     }
+}
+
+/// A folder with this scene, and its path.
+fn written(test: &str, scene: &str) -> [std::path::PathBuf; 2] {
+    let folder = fresh_folder(test);
+    let path = folder.join("scene.toml");
+    fs::write(&path, scene).unwrap();
+    [folder, path]
+}
+
+/// Runs what must end well, on threads or at its limit.
+fn well(arguments: &[&str]) {
+    let ended = run(arguments);
+    assert!(
+        ended.code == 0 || ended.code == 5,
+        "{arguments:?}: exit code {}, {}",
+        ended.code,
+        ended.err
+    );
+}
+
+/// What of a keyframe lies in an obstacle is lost before it takes the mass that a free flow has, as it is where the solver matches masses.
+#[test]
+fn a_keyframe_beside_an_obstacle_takes_the_mass_of_a_free_flow() {
+    let scene = "\
+[grid]
+cells = [32, 32]
+boundary = [\"wall\", [\"wall\", \"open\"]]
+[time]
+steps = 10
+[source]
+circle = { center = [0.3, 0.3], radius = 0.15 }
+[[obstacle]]
+box = { min = [0.55, 0.3], max = [0.65, 0.6] }
+[[keyframe]]
+step = 10
+circle = { center = [0.55, 0.45], radius = 0.15 }
+[method]
+iterations = 6
+[output]
+frames = false
+";
+    let [folder, path] = written("effects_mass_beside", scene);
+    let out = folder.join("out");
+    well(&[
+        "solve",
+        path.to_str().unwrap(),
+        "--quiet",
+        "-o",
+        out.to_str().unwrap(),
+    ]);
+    let arrays = npz::read(&out.join("result.npz"));
+    let sum = |values: &[f64]| values.iter().sum::<f64>();
+    let smoke = sum(&arrays["density"].data[..32 * 32]);
+    let wanted = sum(&arrays["keyframe_density"].data);
+    assert!((wanted / smoke - 1.0).abs() < 0.02, "{wanted} of {smoke}");
+    // The layer outside of the open side is no other grid.
+    let report = json(&out.join("report.json"));
+    let finest = report["history"].as_array().unwrap().iter();
+    let finest = finest.filter(|entry| entry["level"] == serde_json::json!([32, 32]));
+    assert!(finest.count() > 0, "{report}");
+}
+
+/// A wind blows in the windows of a free flow as it blows in the whole, and only when it is told to.
+#[test]
+fn a_wind_blows_alike_in_windows() {
+    let scene = "\
+[grid]
+cells = [16, 16]
+[time]
+steps = 12
+[source]
+circle = { center = [0.4, 0.4], radius = 0.15 }
+[[template]]
+kind = \"wind\"
+center = [0.5, 0.5]
+radius = 0.2
+from = 1
+to = 3
+amplitude = [0.01, 0.0]
+[[template]]
+kind = \"vortex\"
+center = [0.4, 0.5]
+radius = 0.2
+from = 6
+amplitude = [0.01]
+[output]
+frames = false
+";
+    let [folder, path] = written("effects_wind_windows", scene);
+    let [whole, windows] = ["whole", "windows"].map(|name| folder.join(name));
+    let simulate = [
+        "simulate",
+        path.to_str().unwrap(),
+        "--quiet",
+        "--precision",
+        "f64",
+        "-o",
+    ];
+    well(&[&simulate[..], &[whole.to_str().unwrap()]].concat());
+    let parted = ["--set", "method.window=4", "--set", "method.stride=2"];
+    well(&[&simulate[..], &[windows.to_str().unwrap()], &parted].concat());
+    let [whole, windows] = [whole, windows].map(|folder| npz::read(&folder.join("result.npz")));
+    for name in ["density", "velocity_x", "velocity_y"] {
+        let pairs = whole[name].data.iter().zip(&windows[name].data);
+        let apart = pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f64::max);
+        assert!(apart < 1e-6, "{name}: {apart}");
+    }
+}
+
+/// What a free flow leaves out does not keep it from flowing: a schedule beyond its end, windows of a method that has none. It goes on from a
+/// step before there is any smoke, too.
+#[test]
+fn a_free_flow_hears_nothing_of_how_it_would_be_steered() {
+    let [folder, path] = written("effects_free", ALL);
+    let (path, out) = (path.to_str().unwrap(), folder.join("out"));
+    let simulate = [
+        "simulate",
+        path,
+        "--quiet",
+        "--force",
+        "-o",
+        out.to_str().unwrap(),
+    ];
+    well(&[&simulate[..], &["--steps", "8"]].concat());
+    let windows = ["--set", "method.name=\"pd\"", "--set", "method.window=4"];
+    well(&[&simulate[..], &windows].concat());
+    let empty = ALL.replace("[source]\ncircle = { center = [0.5, 0.25], radius = 0.12 }\n", "");
+    let [folder, path] = written("effects_from_nothing", &empty);
+    let (path, first, more) = (path.to_str().unwrap(), folder.join("first"), folder.join("more"));
+    well(&["simulate", path, "--quiet", "-o", first.to_str().unwrap()]);
+    let from = ["--from", first.to_str().unwrap(), "--at", "0", "--steps", "8"];
+    well(
+        &[
+            &["simulate", path, "--quiet", "-o", more.to_str().unwrap()][..],
+            &from,
+        ]
+        .concat(),
+    );
+    let [first, more] = [first, more].map(|folder| npz::read(&folder.join("result.npz")));
+    let cells = 24 * 20;
+    let [first, more] = [&first, &more].map(|arrays| arrays["density"].data[8 * cells..9 * cells].to_vec());
+    let apart = first.iter().zip(&more).map(|(one, other)| (one - other).abs());
+    assert!(first.iter().sum::<f64>() > 1.0 && apart.fold(0.0, f64::max) < 1e-4);
 }

@@ -28,6 +28,29 @@ fn ball(x: f64, y: f64, radius: f64) -> String {
     format!("circle = {{ center = [{x}, {y}], radius = {radius} }}\n")
 }
 
+/// What lies in an obstacle counts for no mass and is nothing that has to be reached.
+#[test]
+fn what_obstacles_take_is_lost() {
+    let obstacle =
+        |low: [f64; 2], high: [f64; 2]| format!("[[obstacle]]\nbox = {{ min = {low:?}, max = {high:?} }}\n");
+    let (source, target) = (ball(0.3, 0.3, 0.15), ball(0.5, 0.4, 0.15));
+    let wall = obstacle([0.45, 0.2], [0.5, 0.6]);
+    let [_, err] = said(
+        "wall_in_target",
+        &format!("[source]\n{source}{wall}[[keyframe]]\nstep = 4\n{target}"),
+    );
+    assert!(
+        err.contains("lies inside an obstacle") && !err.contains("cannot be reached"),
+        "{err}"
+    );
+    let wall = obstacle([0.0, 0.0], [0.3, 0.6]);
+    let [_, err] = said(
+        "wall_in_source",
+        &format!("[source]\n{source}{wall}[[keyframe]]\nstep = 4\n{target}[control]\nmatch_mass = false\n"),
+    );
+    assert!(err.contains("it cannot be met"), "{err}");
+}
+
 #[test]
 fn a_scene_in_order_is_drawn_without_a_warning() {
     let (source, target) = (ball(0.3, 0.5, 0.15), ball(0.5, 0.5, 0.15));

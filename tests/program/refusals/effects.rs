@@ -243,7 +243,10 @@ pub const EFFECTS: &[Spoiled] = &[
     spoiled(
         SOURCE,
         "circle = { center = [0.5, 0.5], radius = 0.3 }\n[[emitter]]\nrate = 1e7\ncircle = { center = [0.5, 0.2], radius = 0.2 }",
-        &["`emitter[0].rate` is 10000000.0", "above 0 and at most 1000000"],
+        &[
+            "`emitter[0].rate` is 10000000.0",
+            "a number from 1e-30 to 1000000",
+        ],
     ),
     // their keys and shapes
     spoiled(
