@@ -94,7 +94,17 @@ impl<T: Real> Evaluation<'_, '_, T> {
             self.retreat(exec, v, keep);
             finished = self.finish_as_is::<S>(exec, v, w);
         }
-        finished
+        match finished {
+            // A projection leaves a part of the divergence that there was, most of it of what emitters push, beside which the force may be small.
+            Ok(objective) if self.script.pushes() => {
+                let force = self.projected::<S>(exec, &mut Silent, w)?;
+                Ok(Objective {
+                    data: objective.data,
+                    ..force
+                })
+            }
+            finished => finished,
+        }
     }
 
     /// Takes a flow back towards v_0 in all slots: `keep` of the way from there is left.

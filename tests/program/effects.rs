@@ -653,3 +653,77 @@ fn a_free_flow_hears_nothing_of_how_it_would_be_steered() {
     let apart = first.iter().zip(&more).map(|(one, other)| (one - other).abs());
     assert!(first.iter().sum::<f64>() > 1.0 && apart.fold(0.0, f64::max) < 1e-4);
 }
+
+/// A force that is small beside what emitters push has no more divergence than another.
+#[test]
+fn a_small_force_beside_a_push_is_free_of_divergence() {
+    let scene = "\
+[grid]
+cells = [17, 27]
+length = 10.0
+boundary = [\"wall\", \"open_high\"]
+[time]
+steps = 6
+[[emitter]]
+box = { min = [4.083, 1.8218], max = [5.5941, 3.3329] }
+target = 0.6003
+to = 5
+velocity = [0.3112, 0.3756]
+[[emitter]]
+circle = { center = [2.4918, 6.459], radius = 0.7556 }
+rate = 0.1892
+from = 2
+velocity = [-0.1075, -0.1521]
+[[obstacle]]
+circle = { center = [2.0983, 2.6504], radius = 0.6296 }
+[[keyframe]]
+step = 5
+box = { min = [0.5272, 1.119], max = [2.9901, 3.5819] }
+[[release]]
+from = 5
+[flow]
+buoyancy = -0.0073
+[control]
+smoothness = 4.0
+[method]
+iterations = 3
+[[template]]
+kind = \"attract\"
+center = [1.2471, 8.1029]
+radius = 1.6296
+interval = 1
+[[template]]
+kind = \"noise\"
+center = [4.2507, 4.6835]
+radius = 1.6296
+interval = 1
+[output]
+frames = false
+";
+    let [folder, path] = written("effects_small_force", scene);
+    let out = folder.join("out");
+    let solve = [
+        "solve",
+        path.to_str().unwrap(),
+        "--quiet",
+        "--precision",
+        "f64",
+        "-o",
+    ];
+    well(&[&solve[..], &[out.to_str().unwrap()]].concat());
+    let arrays = npz::read(&out.join("result.npz"));
+    let [x, y] = ["force_x", "force_y"].map(|name| &arrays[name].data);
+    let (mut divergence, mut largest) = (0.0f64, 0.0f64);
+    for step in 0..5 {
+        for (row, column) in (0..27).flat_map(|row| (0..17).map(move |column| (row, column))) {
+            let across = x[(step * 27 + row) * 18 + column..][..2].to_vec();
+            let up = [row, row + 1].map(|row| y[(step * 28 + row) * 17 + column]);
+            divergence = divergence.max((across[1] - across[0] + up[1] - up[0]).abs());
+            largest = largest.max(across[0].abs()).max(up[0].abs());
+        }
+    }
+    assert!(
+        largest > 0.0 && divergence < 1e-4 * largest,
+        "{divergence} of {largest}"
+    );
+}

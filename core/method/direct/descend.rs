@@ -47,7 +47,7 @@ impl<T: Real, S: Space> Direct<'_, T, S> {
         self.there = device.map(|_| level);
         let mut work = self.work(level, script);
         let exec = &Capped::new(exec, work.evaluation.setup.sweep.threads);
-        (progress.cells, progress.level) = (work.shape().grid.counts_inside(), level);
+        (progress.cells, progress.level) = (work.shape().grid.whole().counts_inside(), level);
         let (descent, outcome) = match device {
             None => descent.step::<T, S>(exec, observer, &mut work, tolerance, progress)?,
             Some(device) => {

@@ -248,7 +248,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Lbfgs<'m, T, S> {
         progress: &mut Progress,
     ) -> Result<(), Status> {
         self.iteration += 1;
-        progress.cells = self.setup.grid.counts_inside();
+        progress.cells = self.setup.grid.whole().counts_inside();
         progress.begin(self.iteration, observer)?;
         if !self.begun {
             self.begin(exec, observer, script)?;

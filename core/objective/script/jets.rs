@@ -60,13 +60,19 @@ impl<'a, T: Real> Script<'a, T> {
         let mut jets = self.jets(slot, cells);
         jets.find(|(other, ..)| *other == index).map(|(.., along)| along)
     }
+
+    /// Whether an emitter ever pushes.
+    #[must_use]
+    pub fn pushes(&self) -> bool {
+        !self.lists.jets.is_empty()
+    }
 }
 
 impl<T: Real> Jets<'_, T> {
     /// Whether nothing is ever pushed.
     #[must_use]
     pub fn is_none(&self) -> bool {
-        self.script.lists.jets.is_empty()
+        !self.script.pushes()
     }
 
     /// `out += a T + b K x` for v_slot on its way to v_{slot+1}, in slot `to` of `out`.
