@@ -110,12 +110,6 @@ pub fn run(arguments: &DeblurArguments) -> Result<u8, Failure> {
             arguments.method.name()
         )));
     }
-    if whole && arguments.prior.is_some() {
-        return Err(Failure::Input(format!(
-            "--prior: {} knows none; leave it out, or take --method walk",
-            arguments.method.name()
-        )));
-    }
     let iterations = match arguments.method {
         Restorer::PrimalDual => TO_THE_OPTIMUM,
         _ => Tuning::default().iterations,
@@ -166,6 +160,10 @@ fn prior(arguments: &DeblurArguments) -> Result<ImagePrior, Failure> {
         (Restorer::PrimalDual, Some(other)) => Err(Failure::Input(format!(
             "--prior {}: primal_dual knows atv alone; leave it out, or take --method walk",
             other.name()
+        ))),
+        (method @ (Restorer::RichardsonLucy | Restorer::Wiener), Some(_)) => Err(Failure::Input(format!(
+            "--prior: {} knows none; leave it out, or take --method walk",
+            method.name()
         ))),
         (_, asked) => Ok(asked.unwrap_or_default()),
     }

@@ -574,10 +574,8 @@ impl Machine {
         if count > 0 {
             let mut came = vec![0.0; count];
             let all = |_: usize, values: &[f32]| sums.copy_from_slice(values);
-            let Page::Stays(left) = &self.pages[self.sums.step(0).page] else {
-                return sums;
-            };
-            self.read_by(&self.staging, (left, 0), 1, &mut came, &mut { all });
+            let left = self.bring(self.sums.step(0).page, false);
+            self.read_by(&self.staging, (&left, 0), 1, &mut came, &mut { all });
         }
         sums
     }

@@ -5,6 +5,7 @@ use super::layers::{Layer, Role};
 use crate::keyframes::Canvas;
 use crate::scene::Scene;
 use crate::stay::Stay;
+use std::borrow::Cow;
 use thurible_core::problem::Supply;
 
 /// Smoke that goes faster than so many cells in a step is too fast to follow.
@@ -36,18 +37,20 @@ pub(crate) fn findings(scene: &Scene, layers: &[Layer]) -> Vec<String> {
 }
 
 /// The layers without what of the smoke lies in obstacles, where it is lost.
-fn outside_of_solids(layers: &[Layer]) -> Vec<Layer> {
-    let solid = layers.iter().find(|layer| layer.role == Role::Solid);
+fn outside_of_solids(layers: &[Layer]) -> Cow<'_, [Layer]> {
+    let Some(solid) = layers.iter().find(|layer| layer.role == Role::Solid) else {
+        return Cow::Borrowed(layers);
+    };
     let mut kept = layers.to_vec();
     for layer in &mut kept {
-        if let (Some(solid), Role::Source | Role::Emitter(_) | Role::Keyframe(_)) = (solid, layer.role) {
+        if matches!(layer.role, Role::Source | Role::Emitter(_) | Role::Keyframe(_)) {
             let cells = layer.values.iter_mut().zip(&solid.values);
             cells
                 .filter(|(_, solid)| **solid > 0.5)
                 .for_each(|(value, _)| *value = 0.0);
         }
     }
-    kept
+    Cow::Owned(kept)
 }
 
 /// The first sentences of a kind, and how many there are more.

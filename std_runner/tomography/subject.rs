@@ -32,7 +32,6 @@ pub(crate) struct Rig {
 /// The density that is photographed.
 pub(super) struct Subject {
     held: Measurements,
-    array: String,
     pub length: f64,
     pub dt: f64,
     /// Cells along x, y (and z).
@@ -75,7 +74,6 @@ impl Subject {
         Ok(Self {
             length: number("length"),
             dt: number("dt"),
-            array: rig.array.clone(),
             held,
             cells,
         })
@@ -95,8 +93,8 @@ impl Subject {
     pub fn density(&self, frame: usize) -> Result<Vec<f32>, Failure> {
         let Measured { values, shape, .. } = self.held.read(frame).map_err(failed)?;
         let told = |found: String, remedy: &str| {
-            let (path, array) = (self.path().display(), &self.array);
-            Failure::Input(format!("{path}: `{array}`[{frame}] {found}; {remedy}"))
+            let (path, array) = (self.path().display(), self.held.name().unwrap_or_default());
+            Failure::Input(format!("{path}, {array}[{frame}] {found}; {remedy}"))
         };
         // Transport may undershoot; a camera sees no less than nothing.
         if let Some(found) = Undershoot::of(&values).filter(|found| !found.is_small()) {

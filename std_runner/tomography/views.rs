@@ -18,7 +18,7 @@ use toml::Value;
 /// The file that is looked for in a folder of views.
 pub(super) const FILE: &str = "views.toml";
 
-/// How bright the brightest pixel may be, for squares to be numbers in single precision too.
+/// How bright the brightest pixel may be: far enough from what single precision does not hold.
 const LIGHT: RangeInclusive<f64> = 1e-30..=1e30;
 
 /// What a file of views says.

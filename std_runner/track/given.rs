@@ -12,7 +12,7 @@ use core::ops::RangeInclusive;
 use thurible_core::Boundary;
 use thurible_core::track::FULL;
 
-/// The densest smoke that can be tracked, from and to: its squares are numbers in single precision too.
+/// The densest smoke that can be tracked, from and to: far enough from what single precision does not hold.
 const TRACKED: [f64; 2] = [1e-30, 1e30];
 /// As how much the densest may count by a scale that is given.
 const COUNTED: RangeInclusive<f64> = 1e-6..=1e6;
