@@ -23,7 +23,7 @@ pub use model::{Control, Flow, FluidsSection, Grid, Keyframe, MethodSection, Out
 pub(crate) use numbered::Numbered;
 pub(crate) use raw::read;
 pub use schema::schema;
-pub(crate) use sequence::files_of;
+pub(crate) use sequence::{files_of, in_order};
 
 use crate::exit::Failure;
 use std::path::Path;

@@ -143,8 +143,29 @@ fn by_pattern(
 ) -> Result<Vec<ShapeSpec>, Failure> {
     let table = key.split('[').next().unwrap_or(key);
     let key = format!("{key}.files");
-    let files = files_of(document, &key, pattern)?;
-    let refuse = |why: String| Err(document.refuse(&key, format!("is \"{pattern}\", {why}")));
+    let otherwise = format!(", or write one [[{table}]] for each");
+    let files = in_order(document, &key, pattern, ["number", &otherwise])?;
+    let paths = files.paths;
+    // Shapes look for their files from the folder of the scene on.
+    let folder = document.folder();
+    let relative = |path: &PathBuf| path.strip_prefix(folder).unwrap_or(path).to_owned();
+    let first = paths.first().map(relative).unwrap_or_default();
+    Ok(paths
+        .iter()
+        .map(|path| shape.of_file(relative(path), &first))
+        .collect())
+}
+
+/// All files whose names fit `pattern`, which stands at `key`, where nothing is in doubt of their order. A number of theirs is a number of `each`;
+/// `otherwise` says what else helps where one is missing.
+pub(crate) fn in_order(
+    document: &Document,
+    key: &str,
+    pattern: &str,
+    [each, otherwise]: [&str; 2],
+) -> Result<Numbered, Failure> {
+    let files = files_of(document, key, pattern)?;
+    let refuse = |why: String| Err(document.refuse(key, format!("is \"{pattern}\", {why}")));
     if let Some(name) = files.uncounted() {
         return refuse(format!(
             "which {name} fits too, that has no number where others have one: nothing says where it comes; take it away, or write more of the names before the `*`"
@@ -155,21 +176,13 @@ fn by_pattern(
             "and {one} and {other} have the same number: nothing says which comes first; rename one, or take it away"
         ));
     }
-    if let Some(gap) = files.missing() {
-        return refuse(format!(
-            "and number {} is missing between {} and {}; add it, give the files without it other numbers, or write one [[{table}]] for each",
+    match files.missing() {
+        None => Ok(files),
+        Some(gap) => refuse(format!(
+            "and {each} {} is missing between {} and {}; add it, or give the files without it other numbers{otherwise}",
             gap.missing, gap.before, gap.after
-        ));
+        )),
     }
-    let paths = files.paths;
-    // Shapes look for their files from the folder of the scene on.
-    let folder = document.folder();
-    let relative = |path: &PathBuf| path.strip_prefix(folder).unwrap_or(path).to_owned();
-    let first = paths.first().map(relative).unwrap_or_default();
-    Ok(paths
-        .iter()
-        .map(|path| shape.of_file(relative(path), &first))
-        .collect())
 }
 
 /// All files whose names fit `pattern`, which stands at `key`, by number where they have one.

@@ -5,7 +5,7 @@ use super::raw::{RawBackground, RawCamera};
 use crate::deblur::Light;
 use crate::exit::Failure;
 use crate::keyframes::{Measured, Measurements, ShapeError, is_picture, measured};
-use crate::scene::{Document, Numbered, files_of};
+use crate::scene::{Document, in_order};
 use std::path::PathBuf;
 
 /// The pictures of a camera.
@@ -147,8 +147,7 @@ impl Pictures {
     fn of(document: &Document, key: &str, raw: &RawCamera, dims: usize) -> Result<Self, Failure> {
         match (&raw.files, &raw.file) {
             (Some(pattern), None) => {
-                let files = files_of(document, &format!("{key}.files"), pattern)?;
-                no_gap(document, &format!("{key}.files"), pattern, &files)?;
+                let files = in_order(document, &format!("{key}.files"), pattern, ["frame", ""])?;
                 Ok(Self::Files(files.paths))
             }
             (None, Some(file)) => {
@@ -214,25 +213,5 @@ pub(super) fn refuse<'a>(document: &'a Document, key: &'a str) -> impl Fn(ShapeE
     move |error| {
         let sentence = format!("{}: in {key}: {error}", document.place(key));
         error.failure(sentence)
-    }
-}
-
-/// Refuses a sequence whose numbers leave one out, or come twice.
-fn no_gap(document: &Document, key: &str, pattern: &str, files: &Numbered) -> Result<(), Failure> {
-    if let Some([one, other]) = files.doubled() {
-        let why = format!(
-            "is \"{pattern}\", and two files have the same number, {one} and {other}; take one of them out, or give it another number"
-        );
-        return Err(document.refuse(key, why));
-    }
-    match files.missing() {
-        None => Ok(()),
-        Some(gap) => Err(document.refuse(
-            key,
-            format!(
-                "is \"{pattern}\", and the frame {} is missing between {} and {}; put it there, or give the frames without it other numbers",
-                gap.missing, gap.before, gap.after
-            ),
-        )),
     }
 }
