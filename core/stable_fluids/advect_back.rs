@@ -170,15 +170,27 @@ fn slopes<T: Real, const D: usize, const K: usize>(
     trace: &Trace<T, D>,
     fields: [(T, &[T]); K],
 ) -> [T; D] {
+    let held = |place: usize| {
+        fields
+            .iter()
+            .fold(T::ZERO, |sum, &(g, from)| sum + g * value_at(from, place))
+    };
     let mut parts = [T::ZERO; D];
     for corner in 0..1 << D {
         let (place, _) = tracer.corner(trace, corner);
-        let held = fields
-            .iter()
-            .fold(T::ZERO, |sum, &(g, from)| sum + g * value_at(from, place));
+        let held = held(place);
         for (axis, part) in parts.iter_mut().enumerate() {
             *part += tracer.slope(trace, corner, axis) * held;
         }
+    }
+    // Interpolation has a kink at a cell's centre, where every cell is that is at rest: neither side is better than the other.
+    for axis in (0..D).filter(|&axis| trace.s[axis] == T::ZERO) {
+        let mut below = T::ZERO;
+        for corner in 0..1 << D {
+            let (place, _) = tracer.corner(trace, corner);
+            below += tracer.slope(trace, corner, axis) * held(place.wrapping_sub(tracer.stride[axis]));
+        }
+        parts[axis] = T::HALF * (parts[axis] + below);
     }
     core::array::from_fn(|axis| {
         if trace.free[axis] {

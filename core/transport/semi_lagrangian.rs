@@ -184,14 +184,24 @@ fn by_cell<T: Real>(step: &Step<'_, T>, axis: usize, at: [usize; 3]) -> f64 {
     if !origins[axis].moves {
         return 0.0;
     }
-    let mut slope = 0.0;
-    let weight = |other: usize, side: usize| {
-        if other == axis {
-            [-1.0, 1.0][side]
-        } else {
-            linear(&origins[other], side)
-        }
+    let slope = |origins: &[Origin; 3]| {
+        let weight = |other: usize, side: usize| {
+            if other == axis {
+                [-1.0, 1.0][side]
+            } else {
+                linear(&origins[other], side)
+            }
+        };
+        let mut slope = 0.0;
+        corners(grid, origins, weight, |at, w| slope += w * step.rho[at].to_f64());
+        slope
     };
-    corners(grid, &origins, weight, |at, w| slope += w * step.rho[at].to_f64());
-    step.mu[grid.index(at)].to_f64() * slope * -0.5 * step.tau / grid.h[axis]
+    let mut slope_here = slope(&origins);
+    // Interpolation has a kink at a cell's centre, where every cell is that is at rest: neither side is better than the other.
+    if origins[axis].weight == 0.0 && origins[axis].cells[0] == at[axis] {
+        let mut below = origins;
+        below[axis].cells = [grid.axis(axis).nearest(at[axis] as isize - 1), at[axis]];
+        slope_here = 0.5 * (slope_here + slope(&below));
+    }
+    step.mu[grid.index(at)].to_f64() * slope_here * -0.5 * step.tau / grid.h[axis]
 }
