@@ -20,10 +20,10 @@ pub enum Feature {
     Open,
     /// A force made of templates: [`Problem::templates`].
     Templates,
-    /// Emitters whose smoke has a velocity: [`Emitter::velocity`](super::Emitter::velocity).
-    Jets,
     /// Smoke that is made on the way: [`Problem::emitters`].
     Emitters,
+    /// Emitters whose smoke has a velocity: [`Emitter::velocity`](super::Emitter::velocity).
+    Jets,
     /// Keyframes that matter here and there alone: [`Problem::keyframe_regions`].
     Regions,
     /// A force that ends before the end: [`Problem::release`].
@@ -40,8 +40,8 @@ named!(Feature {
     Mask = "mask",
     Open = "open sides",
     Templates = "templates",
-    Jets = "velocity of emitters",
     Emitters = "emitters",
+    Jets = "velocity of emitters",
     Regions = "regions of keyframes",
     Release = "release",
     Sticking = "flow that sticks to surfaces"

@@ -29,7 +29,7 @@ pub(crate) use document::{Block, Document, Shot, evenly};
 pub use found::TemplateRecord;
 pub(crate) use iteration::{by_name, cells};
 pub(crate) use page::shell;
-pub(crate) use record::by_side;
+pub(crate) use record::{by_side, end_in_words};
 
 pub(crate) use found::{record as template_record, templates};
 pub(crate) use said::{Said, is_said_of};

@@ -4,6 +4,7 @@ use super::found::TemplateRecord;
 use super::iteration::{IterationRecord, ObjectiveRecord, WindowRecord, by_name};
 use crate::stay::Stay;
 use serde::{Serialize, Serializer};
+use serde_json::{Value, json};
 use thurible_core::grid::Side;
 use thurible_core::{Boundary, Method, Named, Status, stable_fluids};
 
@@ -149,7 +150,7 @@ pub struct FluidsRecord {
     /// Where the velocities of `result.npz` are: `center`.
     pub velocity_location: &'static str,
     /// Every choice as it was used.
-    pub stable_fluids: serde_json::Value,
+    pub stable_fluids: Value,
     /// States that were kept; 0 is all that the adjoint reads.
     pub slots: usize,
     /// Steps that a gradient repeated.
@@ -169,14 +170,16 @@ pub struct FrameRecord {
 
 /// Writes how axes end, each as a word, or as one for either side where they differ.
 pub(crate) fn by_side<S: Serializer>(ends: &[Boundary], serializer: S) -> Result<S::Ok, S::Error> {
-    let side = |end: &Boundary, side: Side| if end.opens(side) { "open" } else { "wall" };
-    let one = |end: &Boundary| match end {
-        Boundary::OpenLow | Boundary::OpenHigh => {
-            serde_json::json!([side(end, Side::Low), side(end, Side::High)])
-        }
-        whole => serde_json::json!(whole.name()),
-    };
-    serializer.collect_seq(ends.iter().map(one))
+    serializer.collect_seq(ends.iter().map(end_in_words))
+}
+
+/// How an axis ends, as a word, or as one for either side where they differ.
+pub(crate) fn end_in_words(end: &Boundary) -> Value {
+    let side = |side: Side| if end.opens(side) { "open" } else { "wall" };
+    match end {
+        Boundary::OpenLow | Boundary::OpenHigh => json!([side(Side::Low), side(Side::High)]),
+        whole => whole.name().into(),
+    }
 }
 
 /// The section `advection` of `report.json`.

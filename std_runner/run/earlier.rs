@@ -6,11 +6,11 @@ use crate::distance::relative_l2;
 use crate::exit::Failure;
 use crate::keyframes::{Earlier, ShapeError};
 use crate::remarks::density;
-use crate::report::{ARCHIVE, FrameRecord, Said, count};
+use crate::report::{ARCHIVE, FrameRecord, Said, count, end_in_words};
 use crate::scene::Scene;
 use serde_json::Value;
 use std::path::PathBuf;
-use thurible_core::{Elsewhere, InputError, Named, Real, Serial, Solver, Space};
+use thurible_core::{Elsewhere, InputError, Real, Serial, Solver, Space};
 
 /// A step of an earlier result.
 #[derive(Clone, Debug)]
@@ -163,7 +163,7 @@ impl Origin {
     /// Opens its arrays, and refuses a box that ends otherwise than the scene's.
     fn open(&self, scene: &Scene) -> Result<Earlier, Failure> {
         let earlier = Earlier::open(&self.arrays(), scene.canvas()).map_err(|error| self.unread(&error))?;
-        let own: Vec<Value> = scene.grid.boundary.iter().map(|end| end.name().into()).collect();
+        let own: Vec<Value> = scene.grid.boundary.iter().map(end_in_words).collect();
         match Said::of(&self.folder) {
             Ok(said) if said.boundary != own => Err(self.refuse(format!(
                 "has the boundary {}, and the scene {}; give the scene the same `grid.boundary`, or another result",

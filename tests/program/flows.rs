@@ -97,6 +97,25 @@ fn a_free_flow_goes_on_from_any_step_as_it_went() {
 }
 
 #[test]
+fn a_flow_goes_on_in_a_box_that_is_open_at_one_end_of_an_axis() {
+    let folder = fresh_folder("flows_half_open");
+    let path = folder.join("scene.toml");
+    let scene = "[grid]\ncells = [12, 12]\nboundary = [\"wall\", [\"wall\", \"open\"]]\n[time]\nsteps = 4\n[flow]\nbuoyancy = 2e-3\n[source]\ncircle = { center = [0.5, 0.3], radius = 0.2 }\n";
+    fs::write(&path, scene).unwrap();
+    let [first, on] = ["first", "on"].map(|name| folder.join(name));
+    well(&["simulate", text(&path), "--quiet", "-o", text(&first)]);
+    let from = ["--from", text(&first), "--at", "2"];
+    well(&[&["simulate", text(&path), "--quiet", "-o", text(&on)][..], &from].concat());
+    // The other end is another box.
+    let turned = ["--set", "grid.boundary=[\"wall\", \"open_low\"]", "--force"];
+    let ended = run(&[&["simulate", text(&path), "-o", text(&on)][..], &from, &turned].concat());
+    assert_eq!(ended.code, 2, "{}", ended.err);
+    let said =
+        "has the boundary [\"wall\",[\"wall\",\"open\"]], and the scene [\"wall\",[\"open\",\"wall\"]]";
+    assert!(ended.err.contains(said), "{}", ended.err);
+}
+
+#[test]
 fn a_guided_flow_follows_its_reference() {
     let [scene, result] = plume("flows_guided");
     let guided = |name: &str, more: &[&str]| {
