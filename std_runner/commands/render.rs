@@ -21,6 +21,8 @@ const FLAT: usize = 1024;
 const MOST: usize = 16384;
 /// The exposure is at most so many stops more or less.
 const STOPS: f32 = 16.0;
+/// Pictures of WebP a second, at most.
+const WEBP_FASTEST: f64 = 90.0;
 /// Detail, where nothing is said.
 const DETAIL: f32 = 0.5;
 
@@ -51,7 +53,7 @@ pub struct RenderArguments {
     /// What is written: a PNG or OpenEXR (linear light) file for each step, or a film.
     #[arg(long, value_enum, default_value_t = Format::Png)]
     pub format: Format,
-    /// Pictures of a film a second [default: 1 / dt where that is 10 to 240, else 24].
+    /// Pictures of a film a second [default: 1 / dt where that is 10 to 240, of WebP to 90, else 24].
     #[arg(long, value_name = "N", value_parser = fps)]
     pub fps: Option<f64>,
     /// In 3D, from where: turned from the front to the right, and raised, in degrees [default: 24,14].
@@ -99,8 +101,8 @@ pub fn run(arguments: &RenderArguments) -> Result<u8, Failure> {
         )));
     }
     let count = arguments.threads.unwrap_or_else(threads::available);
-    let plan = plan(arguments, &reel, count)?;
-    let bytes = reel.bytes(&shot);
+    let plan = plan(arguments, (&reel, &shot), count)?;
+    let bytes = reel.bytes(plan.as_ref().map(Plan::cells), &shot);
     if !are_free(bytes) {
         return Err(Failure::Memory(format!(
             "a picture of {} x {} takes some {}, which the system has not; ask for a smaller one with --size",
@@ -118,7 +120,7 @@ pub fn run(arguments: &RenderArguments) -> Result<u8, Failure> {
         *steps.start()
     };
     let display = Display::new(mode(arguments), steps.end() - first + 1);
-    let pace = TimeScale::of(reel.dt(), arguments.fps).fps;
+    let pace = pace(arguments, reel.dt())?;
     let studio = Studio::new(&folder, (arguments.format, pace), shot, display)?;
     address_space::check(count)?;
     let Some(plan) = plan else {
@@ -136,8 +138,27 @@ pub fn run(arguments: &RenderArguments) -> Result<u8, Failure> {
     })?
 }
 
+/// Pictures a second, where steps are `dt` long.
+fn pace(arguments: &RenderArguments, dt: f64) -> Result<f64, Failure> {
+    let pace = TimeScale::of(dt, arguments.fps).fps;
+    match (arguments.format, arguments.fps) {
+        (Format::Png | Format::Exr, Some(asked)) => Err(Failure::Input(format!(
+            "--fps {asked}: pictures have no rate; leave it out, or write a film by --format mp4 or webp"
+        ))),
+        (Format::Webp, Some(asked)) if asked > WEBP_FASTEST => Err(Failure::Input(format!(
+            "--fps {asked}: pages show pictures of WebP of 10 ms and less ten times as long; ask for at most {WEBP_FASTEST}, or --format mp4"
+        ))),
+        (Format::Webp, None) if pace > WEBP_FASTEST => Ok(TimeScale::FILM),
+        _ => Ok(pace),
+    }
+}
+
 /// What `--scale` takes, if it is asked for.
-fn plan(arguments: &RenderArguments, reel: &Reel, threads: usize) -> Result<Option<Plan>, Failure> {
+fn plan(
+    arguments: &RenderArguments,
+    (reel, shot): (&Reel, &Shot),
+    threads: usize,
+) -> Result<Option<Plan>, Failure> {
     let Some(scale) = arguments.scale else {
         return Ok(None);
     };
@@ -147,7 +168,9 @@ fn plan(arguments: &RenderArguments, reel: &Reel, threads: usize) -> Result<Opti
             reel.archive().display()
         )));
     }
-    let plan = Plan::new(&arguments.result, scale, arguments.scene.as_deref(), threads)?;
+    let drawing = |finer: &[usize]| reel.bytes(Some(finer), shot);
+    let of = (arguments.result.as_path(), scale);
+    let plan = Plan::new(of, arguments.scene.as_deref(), threads, &drawing)?;
     plan.check_memory(arguments.memory_limit)?;
     Ok(Some(plan))
 }
@@ -183,8 +206,13 @@ fn mode(arguments: &RenderArguments) -> Mode {
 }
 
 fn open(folder: &Path) -> Result<Reel, Failure> {
-    let opened = Reel::open(folder).map_err(|error| Failure::File(error.to_string()))?;
-    opened.ok_or_else(|| {
+    if !folder.is_dir() {
+        let folder = folder.display();
+        return Err(Failure::File(format!(
+            "there is no folder {folder}; name a result folder"
+        )));
+    }
+    Reel::open(folder)?.ok_or_else(|| {
         Failure::Input(format!(
             "{} is no result folder: it has not both report.json and result.npz as thurible writes them; name a folder that `thurible solve` or `simulate` wrote",
             folder.display()

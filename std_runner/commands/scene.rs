@@ -50,9 +50,8 @@ pub fn run(command: &SceneCommand) -> Result<u8, Failure> {
     let mut notes = Vec::new();
     let drawn = layers(&scene, &mut notes)?;
     let canvas = scene.canvas();
-    let failed = |error: crate::output::OutputError| Failure::File(error.to_string());
-    let png = sheet(&canvas, &drawn, &path).map_err(failed)?;
-    write_bytes(&path, &png).map_err(failed)?;
+    let png = sheet(&canvas, &drawn, &path)?;
+    write_bytes(&path, &png)?;
     let display = Display::new(if arguments.json { Mode::Json } else { Mode::Human }, 0);
     if !arguments.json {
         print(&format!(

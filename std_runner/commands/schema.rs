@@ -48,5 +48,5 @@ fn text() -> String {
 }
 
 fn write(path: &Path) -> Result<(), Failure> {
-    write_bytes(path, (text() + "\n").as_bytes()).map_err(|error| Failure::File(error.to_string()))
+    Ok(write_bytes(path, (text() + "\n").as_bytes())?)
 }

@@ -109,10 +109,10 @@ impl Studio {
         if let Some(finer) = &set.finer {
             self.note(finer.apart(&mut set.reel)?, false);
         }
-        self.mark(&set)?;
+        let mark = self.mark(&set);
         let drawn = match self.format.film() {
-            Some(name) => self.film(&mut set, name, steps),
-            None => self.files(&mut set, steps),
+            Some(name) => self.film(&mut set, (name, &mark), steps),
+            None => self.files(&mut set, &mark, steps),
         };
         self.display.close();
         drawn?;
@@ -120,8 +120,8 @@ impl Studio {
         Ok(if self.interrupt.asked() { INTERRUPTED } else { DONE })
     }
 
-    /// Says in the folder what its pictures are of.
-    fn mark(&mut self, set: &Set<'_>) -> Result<(), Failure> {
+    /// What the folder says of its pictures.
+    fn mark(&self, set: &Set<'_>) -> String {
         let Shot {
             width,
             height,
@@ -139,9 +139,7 @@ impl Studio {
             "detail": deep.then_some(detail),
             "cells": set.finer.as_ref().map_or(set.reel.cells(), Finer::cells),
         });
-        let text = format!("{facts:#}\n");
-        self.destination
-            .add(|folder| write_bytes(&folder.join(MARK), text.as_bytes()))
+        format!("{facts:#}\n")
     }
 
     /// The light of a step; nothing where the user asked to stop on the way there.
@@ -167,12 +165,13 @@ impl Studio {
             return Ok(None);
         }
         let still = set.finer.as_ref().map(Finer::still);
-        let film = set.reel.expose(step, still, &self.shot);
-        film.map(Some).map_err(|error| Failure::File(error.to_string()))
+        Ok(Some(set.reel.expose(step, still, &self.shot)?))
     }
 
     /// A file for each step, in place as soon as it is whole.
-    fn files(&mut self, set: &mut Set<'_>, steps: RangeInclusive<usize>) -> Result<(), Failure> {
+    fn files(&mut self, set: &mut Set<'_>, mark: &str, steps: RangeInclusive<usize>) -> Result<(), Failure> {
+        self.destination
+            .add(|folder| write_bytes(&folder.join(MARK), mark.as_bytes()))?;
         for step in steps {
             let Some(film) = self.take(set, step)? else { break };
             let (ending, bytes) = match self.format {
@@ -191,12 +190,20 @@ impl Studio {
         Ok(())
     }
 
-    /// One film, which is in place when it is whole; after a failure it has the steps before it.
-    fn film(&mut self, set: &mut Set<'_>, name: &str, steps: RangeInclusive<usize>) -> Result<(), Failure> {
+    /// One film, which is in place when it is whole. What was drawn until somebody asked to stop is one; after a failure there is one only where there
+    /// was none before, and without a picture there is none.
+    fn film(
+        &mut self,
+        set: &mut Set<'_>,
+        (name, mark): (&str, &str),
+        steps: RangeInclusive<usize>,
+    ) -> Result<(), Failure> {
         let mut destination = self.destination.clone();
+        let had_one = destination.folder().join(name).exists();
         let mut failure = None;
         let made = destination.add(|folder| {
-            let mut movie = Movie::begin(&folder.join(name), [self.shot.width, self.shot.height], self.pace)?;
+            let path = folder.join(name);
+            let mut movie = Movie::begin(&path, [self.shot.width, self.shot.height], self.pace)?;
             for step in steps.clone() {
                 match self.take(set, step) {
                     Ok(Some(film)) => movie.push(&film.develop())?,
@@ -208,7 +215,11 @@ impl Studio {
                 }
                 self.told(step, name);
             }
-            movie.finish()
+            if self.done == 0 || (failure.is_some() && had_one) {
+                return movie.give_up();
+            }
+            movie.finish()?;
+            write_bytes(&folder.join(MARK), mark.as_bytes())
         });
         self.destination = destination;
         made.and(failure.map_or(Ok(()), Err))

@@ -90,8 +90,7 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
         }
     }
     done.retain(|done| !done.outcomes.is_empty());
-    let page =
-        page::page(&name(&request.document), &done).map_err(|error| Failure::File(error.to_string()))?;
+    let page = page::page(&name(&request.document), &done)?;
     let facts = page::facts(&done);
     publish::write(&mut folder, STEM, &page, &facts)?;
     publish::announce(request.mode, &folder, STEM, &page::table(&done).markdown(), facts);

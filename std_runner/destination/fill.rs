@@ -33,7 +33,7 @@ impl Destination {
     pub fn fill(&mut self, mut write: impl FnMut(&Path) -> Result<(), OutputError>) -> Result<(), Failure> {
         let trouble = match self.attempt(&|_| false, &mut write) {
             Ok(()) => return Ok(()),
-            Err(Trouble::Other(error)) => return Err(Failure::File(error.to_string())),
+            Err(Trouble::Other(error)) => return Err(error.into()),
             Err(trouble) => self.told(&trouble),
         };
         for place in elsewhere(&self.folder) {

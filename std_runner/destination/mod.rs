@@ -297,8 +297,7 @@ impl Destination {
                 path.display()
             ))
         })?;
-        write_bytes(&self.folder.join(MANIFEST), text.as_bytes())
-            .map_err(|error| Failure::File(error.to_string()))?;
+        write_bytes(&self.folder.join(MANIFEST), text.as_bytes())?;
         self.written = Written::now(&self.folder, left);
         Ok(())
     }

@@ -15,6 +15,7 @@ use crate::interrupt::Interrupt;
 use crate::output::{OutputError, write_bytes};
 use crate::plan::size_in_words;
 use crate::progress::{Display, Mode};
+use crate::report::number;
 use core::ops::RangeInclusive;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -276,8 +277,8 @@ fn ended(
     if display.mode() == Mode::Human {
         let stopped = if interrupt.asked() { "interrupted: " } else { "" };
         console::print(&format!(
-            "{stopped}frames {first} to {last} at {fps} a second in {folder}; a shader with density {:.3} makes the smoke opaque",
-            written.shader
+            "{stopped}frames {first} to {last} at {fps} a second in {folder}; a shader with density {} makes the smoke opaque",
+            number(written.shader)
         ));
     }
     Ok(if interrupt.asked() { INTERRUPTED } else { DONE })

@@ -9,8 +9,6 @@ use std::path::{Path, PathBuf};
 
 /// The name of files, before their number.
 pub(super) const SMOKE: &str = "smoke";
-/// Frames a second where neither the user nor the result's dt says.
-const FPS: f64 = 24.0;
 /// Which dt are taken for the length of a frame: those of so many frames a second.
 const FILMED: RangeInclusive<f64> = 10.0..=240.0;
 
@@ -27,6 +25,9 @@ pub(crate) struct TimeScale {
 }
 
 impl TimeScale {
+    /// Frames a second where neither the user nor the result's dt says.
+    pub const FILM: f64 = 24.0;
+
     /// That of steps of `dt`, played as asked for, or in real time where a step is as long as a film's frame.
     pub fn of(dt: f64, fps: Option<f64>) -> Self {
         let real = 1.0 / dt;
@@ -41,7 +42,7 @@ impl TimeScale {
                 factor: 1.0,
             },
             given => {
-                let fps = given.unwrap_or(FPS);
+                let fps = given.unwrap_or(Self::FILM);
                 let factor = dt * fps;
                 // A dt that was written with few digits is still that of whole frames.
                 let near = (factor - 1.0).abs() < NEAR;

@@ -3,6 +3,7 @@
 use super::orient::{Lattice, Orientation};
 use crate::exit::Failure;
 use crate::keyframes::{Series, ShapeError, VELOCITY, has_array};
+use crate::output::densities_of;
 use crate::report::{ARCHIVE, Said};
 use std::path::{Path, PathBuf};
 
@@ -50,9 +51,7 @@ impl Source {
         let said = Said::of(folder)?;
         let path = folder.join(ARCHIVE);
         let open = |name: &str| Series::open(&path, Some(name), KEY).map_err(|error| unread(folder, &error));
-        // A track has what it was given, and has its density only where that was asked for.
-        let has_frames_alone = !has_array(&path, "density") && has_array(&path, "captured");
-        let density = open(if has_frames_alone { "captured" } else { "density" })?;
+        let density = open(densities_of(&path))?;
         let names = VELOCITY.iter().take(said.cells.len());
         let velocity = if names.clone().all(|name| has_array(&path, name)) {
             names.map(|name| open(name)).collect::<Result<_, _>>()?
@@ -178,9 +177,14 @@ impl Source {
     fn refuse_not_finite(&self, name: &str, step: usize, values: &[f64]) -> Result<(), Failure> {
         match values.iter().find(|value| !value.is_finite()) {
             None => Ok(()),
-            Some(value) => Err(self.refuse(&format!(
-                "holds {value} in {name} of step {step}; export the steps before it with --steps"
-            ))),
+            Some(value) => {
+                let remedy = match step {
+                    0 => "solve it again",
+                    _ => "export the steps before it with --steps",
+                };
+                let found = format!("holds {value} in {name} of step {step}; {remedy}");
+                Err(self.refuse(&found))
+            }
         }
     }
 

@@ -106,23 +106,20 @@ pub(super) fn write(folder: &Path, record: &Record) -> Result<(), OutputError> {
 /// Some steps, first and last among them.
 fn strip(folder: &Path, record: &Record) -> Result<Vec<Shot>, OutputError> {
     let archive = folder.join("result.npz");
-    let unread = |error: crate::keyframes::ShapeError| {
-        OutputError::unread(&archive)(std::io::Error::other(error.to_string()))
-    };
-    let mut density = Series::open(&archive, Some("density"), "result").map_err(unread)?;
+    let mut density = Series::open(&archive, Some("density"), "result").map_err(OutputError::unusable)?;
     let picked: Vec<usize> = evenly(record.steps + 1, SHOWN).collect();
     let mut full = 0.0f64;
     for &step in &picked {
         full = density
             .read(step)
-            .map_err(unread)?
+            .map_err(OutputError::unusable)?
             .into_iter()
             .fold(full, f64::max);
     }
     picked
         .into_iter()
         .map(|step| {
-            let values = density.read(step).map_err(unread)?;
+            let values = density.read(step).map_err(OutputError::unusable)?;
             let values = values.into_iter().map(|value| value as f32).collect();
             let picture = Smoke::new(&record.cells, values, full as f32, None).photograph();
             let png = picture.to_png().map_err(OutputError::of(&archive))?;

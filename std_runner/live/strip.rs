@@ -93,9 +93,13 @@ impl Played for Held<'_> {
         let (targets, mut samples) = (self.0.keyframe_steps().len(), self.samples());
         let mut largest = |of| {
             let field = self.field(of, &mut samples);
-            Ok::<_, core::convert::Infallible>(field.into_iter().fold(0.0, f32::max))
+            field.into_iter().fold(0.0, f32::max)
         };
-        let Ok(full) = full(steps, targets, &mut largest);
+        let most = (0..=steps).map(|step| largest(Shown::Density(step)));
+        let most = most.fold(0.0, f32::max);
+        let Ok(full) = full(targets, most, &mut |of| {
+            Ok::<_, core::convert::Infallible>(largest(of))
+        });
         full
     }
 

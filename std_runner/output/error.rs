@@ -1,6 +1,7 @@
 //! Why a result could not be written.
 
 use crate::exit::Failure;
+use crate::keyframes::ShapeError;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -54,6 +55,21 @@ impl OutputError {
         move |error| Self::Read {
             path: path.to_owned(),
             source: error.into(),
+        }
+    }
+
+    /// For `map_err`: the error of an archive that is not what was written.
+    pub(crate) fn unusable(error: ShapeError) -> Self {
+        let sentence = error.to_string();
+        Self::Source(error.failure(sentence))
+    }
+}
+
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Self {
+        match error {
+            OutputError::Source(failure) => failure,
+            other => Self::File(other.to_string()),
         }
     }
 }

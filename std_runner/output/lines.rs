@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 
 use super::render::{Field, Over, Streaks, arrow_side};
-use super::{Densities, OutputError};
+use super::{Densities, OutputError, Places};
 
 /// What arrows show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -35,8 +35,7 @@ impl Vectors {
 /// How a plane of a result lies on its grid.
 pub(super) struct Plane<'a> {
     pub densities: &'a mut Densities,
-    /// Faces more than cells, by axis.
-    pub beyond: &'a [usize],
+    pub places: &'a Places,
     /// Cells a step that a velocity of 1 is.
     pub scale: f32,
 }
@@ -46,24 +45,13 @@ impl Plane<'_> {
         core::array::from_fn(|axis| self.densities.cells.get(axis).copied().unwrap_or(1))
     }
 
-    /// A field at the centres of the cells, the mean of what is at their faces.
+    /// A field at the centres of the cells.
     fn field(&mut self, of: Vectors, step: usize, scale: f32) -> Result<Field, OutputError> {
-        let cells = self.cells();
-        let mut values = vec![[0.0; 2]; cells[0] * cells[1]];
-        for axis in 0..2 {
-            let mut faces = cells;
-            faces[axis] += self.beyond.get(axis).copied().unwrap_or_default();
-            let read = self
-                .densities
-                .vectors(of.name(), axis, step, faces[0] * faces[1])?;
-            let at = |[x, y]: [usize; 2]| read.get(y * faces[0] + x).copied().unwrap_or_default();
-            for (cell, value) in values.iter_mut().enumerate() {
-                let low = [cell % cells[0], cell / cells[0]];
-                let mut high = low;
-                high[axis] = (high[axis] + 1) % faces[axis];
-                value[axis] = 0.5 * scale * (at(low) + at(high));
-            }
+        let mut values = self.densities.at_centres(of.name(), step, self.places)?;
+        for component in values.iter_mut().flatten() {
+            *component *= scale;
         }
+        let cells = self.cells();
         Ok(Field { cells, values })
     }
 }
@@ -134,7 +122,7 @@ impl Lines {
         let before = self.streaks.take().filter(|streaks| streaks.step() <= step);
         let mut now = before.unwrap_or_else(|| Streaks::new(plane.cells()));
         now.begin_at(Streaks::begins(step));
-        let repeats = core::array::from_fn(|axis| plane.beyond.get(axis) == Some(&0));
+        let repeats = core::array::from_fn(|axis| plane.places.beyond.get(axis) == Some(&0));
         while now.step() < step {
             let flow = plane.field(Vectors::Velocity, now.step(), plane.scale)?;
             now.follow(&flow, repeats);

@@ -28,7 +28,7 @@ pub use error::OutputError;
 pub use frames::{Frames, Given, GivenValues, Precision, Sample, Samples};
 
 pub(crate) use archive::{Plain, array_name, write_archive, write_arrays};
-pub(crate) use densities::{Densities, Pictured, Shown, full};
+pub(crate) use densities::{Densities, Pictured, Places, Shown, densities_of, full};
 pub(crate) use file::{create_folder, sync_file, sync_folder, write_bytes, write_whole};
 pub(crate) use gallery::{ANIMATION, Gallery, KeyframePictures, frame, strip_steps};
 pub(crate) use lines::Vectors;

@@ -1,12 +1,15 @@
 //! Films: made by ffmpeg where there is one, or animated WebP.
 
-use std::io::{self, Write};
+use std::fs;
+use std::io::{self, BufRead, BufReader, ErrorKind, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStderr, Command, Stdio};
+use std::thread::{self, JoinHandle};
 
 use super::OutputError;
 use super::picture::Picture;
 use super::webp::Animated;
+use crate::exit::Failure;
 
 const PROGRAM: &str = "ffmpeg";
 
@@ -51,12 +54,35 @@ impl Movie {
             Self::Animated(film) => film.finish(),
         }
     }
+
+    /// Leaves no film.
+    pub fn give_up(self) -> Result<(), OutputError> {
+        let path = match self {
+            Self::Encoded(film) => film.stop(),
+            Self::Animated(film) => film.stop(),
+        };
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() != ErrorKind::NotFound => Err(OutputError::of(&path)(error)),
+            _ => Ok(()),
+        }
+    }
 }
 
 /// One that ffmpeg encodes.
 pub(crate) struct Encoded {
     encoder: Child,
+    /// The last line that it said.
+    said: Option<JoinHandle<String>>,
     path: PathBuf,
+}
+
+/// The last line of what a program says, which never has to wait to say it.
+fn last_line(said: ChildStderr) -> String {
+    let lines = BufReader::new(said).lines().map_while(Result::ok);
+    lines
+        .filter(|line| !line.trim().is_empty())
+        .last()
+        .unwrap_or_default()
 }
 
 impl Encoded {
@@ -71,13 +97,16 @@ impl Encoded {
             .args(["-crf", "16", "-pix_fmt", "yuv420p", "-movflags", "+faststart"])
             .arg(path)
             .stdin(Stdio::piped())
-            .stdout(Stdio::null());
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped());
         // Ctrl-C is for this program, which ends the film with the pictures so far.
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut encoder, 0);
-        let encoder = encoder.spawn().map_err(OutputError::of(path))?;
+        let mut encoder = encoder.spawn().map_err(OutputError::of(path))?;
+        let said = encoder.stderr.take();
         Ok(Self {
             encoder,
+            said: said.map(|said| thread::spawn(|| last_line(said))),
             path: path.to_owned(),
         })
     }
@@ -86,20 +115,48 @@ impl Encoded {
     fn push(&mut self, picture: &Picture) -> Result<(), OutputError> {
         let pipe = self.encoder.stdin.as_mut();
         let pipe = pipe.ok_or_else(|| io::Error::other("ffmpeg takes no pictures"));
-        pipe.and_then(|pipe| pipe.write_all(&picture.bytes))
-            .map_err(OutputError::of(&self.path))
+        let written = pipe.and_then(|pipe| pipe.write_all(&picture.bytes));
+        match written {
+            // It has ended, and knows why.
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => match self.end() {
+                Ok(()) => Err(self.failed("before the film did")),
+                failed => failed,
+            },
+            written => written.map_err(OutputError::of(&self.path)),
+        }
     }
 
     /// Ends the film.
     fn finish(mut self) -> Result<(), OutputError> {
+        self.end()
+    }
+
+    fn end(&mut self) -> Result<(), OutputError> {
         drop(self.encoder.stdin.take());
-        let ended = self.encoder.wait().and_then(|ended| {
-            if ended.success() {
-                Ok(())
-            } else {
-                Err(io::Error::other(format!("ffmpeg ended with {ended}")))
-            }
-        });
-        ended.map_err(OutputError::of(&self.path))
+        let ended = self.encoder.wait().map_err(OutputError::of(&self.path))?;
+        if ended.success() {
+            Ok(())
+        } else {
+            Err(self.failed(&format!("with {ended}")))
+        }
+    }
+
+    /// How it ended, and what it said.
+    fn failed(&mut self, how: &str) -> OutputError {
+        let said = self.said.take().and_then(|said| said.join().ok());
+        let said = said.filter(|line| !line.is_empty());
+        let said = said.map_or(String::new(), |line| format!(" and says: {line}"));
+        OutputError::Source(Failure::File(format!(
+            "--format mp4: ffmpeg ended {how}{said}; take a build of it with libx264, see that the disc has room, or write --format webp"
+        )))
+    }
+
+    /// Ends the encoder, whatever it has; where the film was to be.
+    fn stop(mut self) -> PathBuf {
+        drop(self.encoder.stdin.take());
+        // It is of no use any more.
+        let _ = self.encoder.kill();
+        let _ = self.encoder.wait();
+        self.path
     }
 }

@@ -5,15 +5,9 @@ use std::path::Path;
 use super::exr::exr;
 use super::lines::{Lines, Plane, Vectors};
 use super::render::{Body, Drift, Film, Shot, Smoke};
-use super::{Densities, OutputError, Pictured, Precision};
+use super::{Densities, OutputError, Pictured, Places};
 use crate::report::Said;
 use crate::stay::Stay;
-
-/// Bytes for each pixel of a picture: its light, its colours and its file.
-const PIXEL: usize = 24;
-/// Bytes for each cell of a step, and for each cell of the volumes that are refined from it.
-const CELL: usize = 128;
-const REFINED: usize = 64 << 20;
 
 /// A result folder whose steps can be drawn.
 pub(crate) struct Reel {
@@ -36,8 +30,7 @@ pub(crate) struct Still {
 
 /// What tells how far the flow moves smoke in a step.
 struct Flow {
-    /// Faces more than cells, by axis.
-    beyond: Vec<usize>,
+    places: Places,
     /// Cells a step that a velocity of 1 is.
     scale: f32,
     /// Length of a step.
@@ -57,21 +50,19 @@ impl Reel {
             return Ok(None);
         };
         let flow = Flow {
-            beyond: (0..axes).map(|axis| usize::from(!said.repeats(axis))).collect(),
+            places: Places {
+                beyond: (0..axes).map(|axis| usize::from(!said.repeats(axis))).collect(),
+                centred: said.centred,
+            },
             scale: (said.dt / said.side()) as f32,
             dt: said.dt,
-        };
-        let precision = if said.double {
-            Precision::F64
-        } else {
-            Precision::F32
         };
         let keyframes = (0..known.len()).map(|target| Pictured {
             stay: Stay::at(0),
             step: 0,
             target,
         });
-        let mut densities = Densities::open(&archive, precision, said.cells, steps, keyframes.collect())?;
+        let mut densities = Densities::open(&archive, said.cells, steps, keyframes.collect(), said.densest)?;
         let (full, body) = (densities.full()?, densities.body()?);
         Ok(Some(Self {
             densities,
@@ -131,18 +122,14 @@ impl Reel {
 
     /// Component `axis` of the flow from `step` to the next one, in the scene's units, on all faces, those on walls included.
     pub fn faces(&mut self, axis: usize, step: usize) -> Result<Vec<f32>, OutputError> {
-        let sides = self.densities.cells.iter().enumerate();
-        let beyond = self.flow.beyond.get(axis).copied().unwrap_or_default();
-        let faces = sides.map(|(side, &cells)| cells + if side == axis { beyond } else { 0 });
-        let count = faces.product();
         self.densities
-            .vectors(Vectors::Velocity.name(), axis, step, count)
+            .vectors(Vectors::Velocity.name(), axis, step, &self.flow.places)
     }
 
-    /// Bytes that drawing a picture takes, about.
-    pub fn bytes(&self, shot: &Shot) -> usize {
-        let cells = self.densities.cells.iter().product::<usize>();
-        PIXEL * shot.width * shot.height + CELL * cells + REFINED
+    /// Bytes that drawing a picture takes, about, of the result's cells or of so many that are finer.
+    pub fn bytes(&self, finer: Option<&[usize]>, shot: &Shot) -> usize {
+        let coarse = self.densities.cells.as_slice();
+        Smoke::bytes(finer.unwrap_or(coarse), coarse, self.body.is_some(), shot)
     }
 
     /// The step as it is.
@@ -166,7 +153,7 @@ impl Reel {
         if let Some(pixels) = smoke.pixels_of(self.densities.cells.first().copied().unwrap_or(1), shot) {
             let mut plane = Plane {
                 densities: &mut self.densities,
-                beyond: &self.flow.beyond,
+                places: &self.flow.places,
                 scale: self.flow.scale,
             };
             let over = self.lines.at(&mut plane, step, pixels)?;
@@ -189,34 +176,15 @@ impl Reel {
         let mut now = drift.take().unwrap_or_else(|| Drift::new([nx, ny, nz]));
         now.begin_at(now.step().max(Drift::begins(step)));
         while now.step() < step {
-            let flow = self.flow_at(now.step(), [nx, ny, nz])?;
+            let name = Vectors::Velocity.name();
+            let mut flow = self.densities.at_centres(name, now.step(), &self.flow.places)?;
+            for component in flow.iter_mut().flatten() {
+                *component *= self.flow.scale;
+            }
             now.follow(&flow);
         }
         self.drift = Some(now.clone());
         Ok(Some(now))
-    }
-
-    /// The flow of a step at the centres of the cells, in cells.
-    fn flow_at(&mut self, step: usize, cells: [usize; 3]) -> Result<Vec<[f32; 3]>, OutputError> {
-        let mut flow = vec![[0.0; 3]; cells.iter().product()];
-        for axis in 0..3 {
-            let mut faces = cells;
-            faces[axis] += self.flow.beyond.get(axis).copied().unwrap_or_default();
-            let velocity = self.faces(axis, step)?;
-            for (cell, flow) in flow.iter_mut().enumerate() {
-                let low = [
-                    cell % cells[0],
-                    cell / cells[0] % cells[1],
-                    cell / (cells[0] * cells[1]),
-                ];
-                let mut high = low;
-                high[axis] = (high[axis] + 1) % faces[axis];
-                let at = |[x, y, z]: [usize; 3]| velocity.get((z * faces[1] + y) * faces[0] + x);
-                let sum: f32 = at(low).into_iter().chain(at(high)).sum();
-                flow[axis] = 0.5 * self.flow.scale * sum;
-            }
-        }
-        Ok(flow)
     }
 }
 

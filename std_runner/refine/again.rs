@@ -1,5 +1,6 @@
 //! The scene of a written result, read again for finer cells.
 
+use crate::console::quoted_path;
 use crate::exit::Failure;
 use crate::scene::{Document, Scene};
 use serde_json::Value;
@@ -31,6 +32,12 @@ impl Origin {
     /// The scene, what the command line changed of it included, on cells `scale` times as fine in every direction; and as it was solved. Files that
     /// shapes name are looked for beside `file`, or where the scene file was.
     pub fn scenes(&self, scale: usize, file: Option<&Path>) -> Result<[Scene; 2], Failure> {
+        if let Some(kind) = self.report.get("kind").and_then(Value::as_str) {
+            let folder = quoted_path(&self.folder);
+            return Err(self.refuse(scale, &format!(
+                "is that of {kind}, which no scene made; write `thurible upsample {folder} --factor {scale}`, and draw what that leaves"
+            )));
+        }
         let text = self.report.get("scene").and_then(Value::as_str);
         let text = text.filter(|text| !text.is_empty()).ok_or_else(|| {
             self.refuse(
@@ -63,6 +70,10 @@ impl Origin {
         let cells = scene.grid.cells.clone();
         if !is("cells", cells.into()) || !is("steps", scene.time.steps.into()) {
             let why = "holds a scene of other cells or steps than the result's, since it was written before changes from the command line were kept; solve it again";
+            return Err(self.refuse(scale, why));
+        }
+        if !is("velocity_location", "face".into()) {
+            let why = "says that its flow is that of cells, not of faces (stable_fluids), which goes to no finer ones; leave --scale out, or solve it by another method";
             return Err(self.refuse(scale, why));
         }
         let driven = self.report.get("method").and_then(Value::as_str) == Some("pd");

@@ -6,7 +6,7 @@ use crate::bytes;
 use crate::distance::relative_l2;
 use crate::exit::Failure;
 use crate::keyframes::Note;
-use crate::output::{Body, OutputError, Reel, Still};
+use crate::output::{Body, Reel, Still};
 use crate::problem::OwnedProblem;
 use crate::region::MARGIN;
 use crate::run::drawn::solid_cells;
@@ -18,8 +18,8 @@ use core::mem::MaybeUninit;
 use std::path::Path;
 use thurible_core::{Refined, Refinement, Scheme, Serial, Silent};
 
-/// Bytes a finer cell while shapes are drawn, in double precision, or a picture is.
-const BESIDE: usize = 28;
+/// Bytes a finer cell while shapes are drawn, in double precision.
+const SHAPES: usize = 28;
 /// The density that a result begins with is that of its scene's source if it differs by no more than this part of its size.
 const SAME: f64 = 1e-3;
 
@@ -39,8 +39,14 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    /// Plans the result in `folder` on cells `scale` times as fine; files of its scene are looked for beside `file`, if that is given.
-    pub fn new(folder: &Path, scale: usize, file: Option<&Path>, threads: usize) -> Result<Self, Failure> {
+    /// Plans the result in `folder` on cells `scale` times as fine; files of its scene are looked for beside `file`, if that is given. `drawing` says
+    /// how many bytes a picture of so many cells takes.
+    pub fn new(
+        (folder, scale): (&Path, usize),
+        file: Option<&Path>,
+        threads: usize,
+        drawing: &dyn Fn(&[usize]) -> usize,
+    ) -> Result<Self, Failure> {
         let [scene, coarse] = Origin::of(folder)?.scenes(scale, file)?;
         let mut problem = OwnedProblem::of(&scene);
         problem.advection.scheme = Scheme::Limited;
@@ -54,7 +60,7 @@ impl Plan {
         Ok(Self {
             block,
             bytes: block.saturating_add(MARGIN),
-            beside: BESIDE.saturating_mul(problem.cells.iter().product()),
+            beside: drawing(&problem.cells).max(SHAPES.saturating_mul(problem.cells.iter().product())),
             scale,
             scene,
             coarse,
@@ -169,12 +175,12 @@ impl<'m> Finer<'m> {
 
     /// Draws the source, if that is what the result begins with, or else what that is.
     fn draw_source(&mut self, plan: &Plan, reel: &mut Reel) -> Result<(), Failure> {
-        let begins = reel.density(0).map_err(failed)?;
+        let begins = reel.density(0)?;
         let drawn_once: Option<Vec<f32>> = match &plan.coarse.source {
             Some(source) => Some(drawn(&plan.coarse, "source", source, &mut self.notes)?),
             None => None,
         };
-        let solid = reel.solid().map_err(failed)?;
+        let solid = reel.solid()?;
         let is_drawn = drawn_once.is_some_and(|mut once| {
             once.iter_mut()
                 .zip(solid.iter().flatten())
@@ -213,7 +219,7 @@ impl<'m> Finer<'m> {
     pub fn follow(&mut self, reel: &mut Reel) -> Result<(), Failure> {
         let step = self.step();
         for axis in 0..self.cells.len() {
-            let faces = reel.faces(axis, step).map_err(failed)?;
+            let faces = reel.faces(axis, step)?;
             self.refined.set_velocity(axis, &faces).map_err(|error| {
                 Failure::Input(format!(
                     "--scale {}: the flow of step {step} cannot be used: {error}; solve it again",
@@ -234,7 +240,7 @@ impl<'m> Finer<'m> {
     /// How far it is from the result, in the result's cells.
     pub fn apart(&self, reel: &mut Reel) -> Result<Apart, Failure> {
         let step = self.step();
-        let density = reel.density(step).map_err(failed)?;
+        let density = reel.density(step)?;
         let mut means = vec![0.0; density.len()];
         threads::together(self.threads, |exec| self.refined.means(exec, &mut means));
         Ok(Apart {
@@ -259,8 +265,4 @@ impl<'m> Finer<'m> {
 fn apart(one: &[f32], other: &[f32]) -> f64 {
     let pairs = one.iter().zip(other);
     relative_l2(pairs.map(|(&one, &other)| [one, other].map(f64::from)))
-}
-
-fn failed(error: OutputError) -> Failure {
-    Failure::File(error.to_string())
 }

@@ -38,8 +38,8 @@ pub(crate) use templates::lines as template_lines;
 pub(crate) use words::{bytes, count, escape, number, seconds};
 
 use crate::output::{
-    ANIMATION, Densities, Frames, Gallery, OutputError, Pictured, Precision, create_folder, frame,
-    write_archive, write_bytes, write_whole,
+    ANIMATION, Densities, Frames, Gallery, OutputError, Pictured, create_folder, frame, write_archive,
+    write_bytes, write_whole,
 };
 
 /// The arrays of a result.
@@ -120,18 +120,12 @@ pub(crate) fn draw(
     images: bool,
 ) -> Result<Option<Gallery>, OutputError> {
     create_folder(folder)?;
-    let precision = if record.precision == "f64" {
-        Precision::F64
-    } else {
-        Precision::F32
-    };
-    let keyframes = pictured(record);
     let densities = Densities::open(
         &result.join(ARCHIVE),
-        precision,
         record.cells.clone(),
         record.steps,
-        keyframes,
+        pictured(record),
+        Some(record.density_max),
     )?;
     let gallery = Gallery::has_room(&densities, images)
         .then(|| Gallery::draw(folder, densities, images))

@@ -17,6 +17,8 @@ pub(crate) struct Said {
     /// The last step, and the steps of the keyframes, where the report has them.
     pub steps: Option<usize>,
     pub keyframes: Option<Vec<usize>>,
+    /// The largest density of all steps, where the report has it.
+    pub densest: Option<f64>,
     /// Whether its numbers have 64 bits.
     pub double: bool,
     /// Whether velocities are those of cells, and not of faces.
@@ -61,6 +63,7 @@ impl Said {
             dt: real("dt")?,
             steps: report.get("steps").and_then(count),
             keyframes: list("keyframes").map(|all| all.iter().filter_map(step).collect()),
+            densest: report.get("density_max").and_then(Value::as_f64),
             double: word("precision") == Some("f64"),
             centred: word("velocity_location") == Some("center"),
         })

@@ -36,7 +36,7 @@ impl From<Failure> for Halt {
 
 impl From<OutputError> for Halt {
     fn from(error: OutputError) -> Self {
-        Self::Broken(Failure::File(error.to_string()))
+        Self::Broken(error.into())
     }
 }
 

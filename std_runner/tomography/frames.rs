@@ -104,7 +104,7 @@ pub(super) fn run<T: Real, const D: usize>(
                     *slot = Some(found);
                 }
             }
-            Ok(())
+            Ok::<(), Failure>(())
         })?;
     Ok(done.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()))
 }

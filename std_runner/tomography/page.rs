@@ -1,7 +1,7 @@
 //! `report.html` of a reconstruction: what the cameras saw, what they would see of the result, and the result.
 
 use super::written::Outcome;
-use crate::output::{Densities, Gallery, OutputError, Precision, Tone, plate};
+use crate::output::{Densities, Gallery, OutputError, Tone, plate};
 use crate::report::{self, Block, Chart, Curve, Document, Scale, Shot, Table, bytes, number, seconds};
 use std::path::Path;
 use thurible_core::{Named, Real};
@@ -15,17 +15,12 @@ pub(super) fn draw<T: Real>(
     folder: &Path,
     outcome: &Outcome<'_, T>,
 ) -> Result<(), OutputError> {
-    let precision = if T::BYTES == 4 {
-        Precision::F32
-    } else {
-        Precision::F64
-    };
     if !outcome.views.settings.keeps_cells() {
         return page(outcome, Gallery::default())?.write(folder, "report");
     }
     let steps = outcome.frames.len().saturating_sub(1);
     let cells = outcome.views.cells.clone();
-    let densities = Densities::open(&result.join(report::ARCHIVE), precision, cells, steps, Vec::new())?;
+    let densities = Densities::open(&result.join(report::ARCHIVE), cells, steps, Vec::new(), None)?;
     let gallery = Gallery::has_room(&densities, true)
         .then(|| Gallery::draw(folder, densities, true))
         .transpose()?

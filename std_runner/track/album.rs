@@ -29,19 +29,17 @@ pub(super) struct Album<'a> {
 impl<'a> Album<'a> {
     pub fn open(result: &Path, record: &'a TrackRecord) -> Result<Self, OutputError> {
         let archive = result.join("result.npz");
-        let unread =
-            |error: ShapeError| OutputError::unread(&archive)(std::io::Error::other(error.to_string()));
         let open = |name: &str| Series::open(&archive, Some(name), "result");
         let flows = |name: &str| -> Result<Vec<Series>, ShapeError> {
             let axes = AXES.iter().take(record.cells.len());
             axes.map(|axis| open(&format!("{name}_{axis}"))).collect()
         };
-        let mut captured = open("captured").map_err(unread)?;
+        let mut captured = open("captured").map_err(OutputError::unusable)?;
         let mut full = 0.0f64;
         for index in evenly(record.steps + 1, SHOWN) {
             full = captured
                 .read(index)
-                .map_err(unread)?
+                .map_err(OutputError::unusable)?
                 .into_iter()
                 .fold(full, f64::max);
         }
@@ -49,7 +47,7 @@ impl<'a> Album<'a> {
             record,
             captured,
             density: open("density").ok(),
-            velocity: flows("velocity").map_err(unread)?,
+            velocity: flows("velocity").map_err(OutputError::unusable)?,
             truth: flows("truth").unwrap_or_default(),
             full: full as f32,
         })

@@ -1,6 +1,6 @@
 //! `thurible render`: pictures of a result, and what it refuses.
 
-use crate::support::{fresh_folder, run, text};
+use crate::support::{fresh_folder, npz, run, text};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -144,6 +144,13 @@ fn what_cannot_be_drawn_is_refused_with_a_sentence() {
     let (result, nothing) = (text(&result), text(&nothing));
     for (arguments, code, words) in [
         (vec![nothing], 2, "is no result folder"),
+        (vec!["nowhere"], 4, "there is no folder nowhere"),
+        (vec![result, "--fps", "24"], 2, "--fps 24: pictures have no rate"),
+        (
+            vec![result, "--format", "webp", "--fps", "240"],
+            2,
+            "ask for at most 90",
+        ),
         (
             vec![result, "--size", "0x10"],
             2,
@@ -198,10 +205,89 @@ fn films_are_made_where_ffmpeg_is() {
     assert_eq!(ended.code, 0, "{}", ended.err);
     let film = fs::read(result.join("render/render.mp4")).unwrap();
     assert_eq!(film.len(), 4 * 3 * 33 * 21);
-    fs::write(&ffmpeg, "#!/bin/sh\n[ \"$1\" = -version ]\n").unwrap();
+    let script = "#!/bin/sh\n[ \"$1\" = -version ] && exit 0\necho no such encoder >&2\nexit 8\n";
+    fs::write(&ffmpeg, script).unwrap();
     let ended = render(&format!("{}:/bin:/usr/bin", text(&place)));
     assert_eq!(ended.code, 4, "{}", ended.err);
-    assert!(ended.err.contains("render.mp4"), "{}", ended.err);
+    let said = "ffmpeg ended with exit status: 8 and says: no such encoder; take a build of it with libx264";
+    assert!(ended.err.contains(said), "{}", ended.err);
+    assert_eq!(fs::read(result.join("render/render.mp4")).unwrap(), film);
+}
+
+/// Another program may have saved an archive again, in another way or with other numbers.
+#[test]
+fn what_another_program_made_of_a_result_is_drawn_or_refused() {
+    let result = solved("render_changed", FLAT);
+    let archive = result.join("result.npz");
+    let arrays = npz::read(&archive);
+    let save = |change: &dyn Fn(&str, &mut Vec<usize>, &mut Vec<f64>)| {
+        let saved = arrays.iter().map(|(name, array)| {
+            let (mut shape, mut values) = (array.shape.clone(), array.data.clone());
+            change(name, &mut shape, &mut values);
+            (name.as_str(), npz::npy(&shape, &values))
+        });
+        npz::write(&archive, &saved.collect::<Vec<_>>());
+    };
+    let render = |more: &[&str]| run(&[&["render", text(&result), "--size", "48x32"], more].concat());
+    let picture = |name: &str| {
+        let out = result.with_file_name(name);
+        let ended = render(&["-o", text(&out)]);
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        fs::read(out.join("frame_0003.png")).unwrap()
+    };
+    let before = picture("render_changed_before");
+    // Doubles, where report.json says that there are none.
+    save(&|_, _, _| {});
+    assert_eq!(picture("render_changed_doubles"), before);
+    let film = result.with_file_name("render_changed_film");
+    let filmed = ["-o", text(&film), "--format", "webp"];
+    assert_eq!(render(&filmed).code, 0);
+    let whole = fs::read(film.join("render.webp")).unwrap();
+    let density = |name: &str| name == "density";
+    let cells: usize = arrays["density"].shape[1..].iter().product();
+    type Change<'a> = &'a dyn Fn(&str, &mut Vec<usize>, &mut Vec<f64>);
+    let changes: [(Change<'_>, &str); 4] = [
+        (
+            &|name, _, values| {
+                if density(name) {
+                    values[3 * cells + 5] = f64::NAN
+                }
+            },
+            "holds NaN",
+        ),
+        (
+            &|name, _, values| {
+                if density(name) {
+                    values[5] = f64::INFINITY
+                }
+            },
+            "holds inf",
+        ),
+        (
+            &|name, shape, values| {
+                if density(name) {
+                    shape[0] -= 1;
+                    values.truncate(3 * cells);
+                }
+            },
+            "has 3 entries of `density` and a report.json of the steps 0 to 3",
+        ),
+        (
+            &|name, shape, _| {
+                if density(name) {
+                    shape.swap(1, 2);
+                }
+            },
+            "has `density` of [24, 16] and a report.json by which that is of [16, 24]",
+        ),
+    ];
+    for (change, words) in changes {
+        save(change);
+        let ended = render(&filmed);
+        assert_eq!(ended.code, 2, "{}", ended.err);
+        assert!(ended.err.contains(words), "{}", ended.err);
+        assert_eq!(fs::read(film.join("render.webp")).unwrap(), whole, "{words}");
+    }
 }
 
 #[test]

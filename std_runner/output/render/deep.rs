@@ -6,7 +6,7 @@ use super::camera::{Angles, Camera};
 use super::march::look;
 use super::palette::{Palette, signed};
 use super::smoke::Smoke;
-use super::stage::Stage;
+use super::stage::{CUTS, Stage};
 use super::tone::{developed, scatter};
 use super::upscale::enlarge;
 use super::volume::Volume;
@@ -17,8 +17,8 @@ const ACROSS: usize = 256;
 const DOWN: usize = 512;
 /// Pixels a sample of them.
 const FACTOR: usize = 2;
-/// Cells are cut so often for pictures of a result, and for others, at most.
-const CUTS: [usize; 2] = [2, 4];
+/// Cells are cut so often for pictures of a result, at most.
+const FEW_CUTS: usize = 2;
 /// Cells a step along a ray through a difference.
 const STRIDE: f32 = 0.7;
 /// Difference of density along a ray that counts as much, in parts of the longest side.
@@ -40,8 +40,7 @@ pub(crate) struct Shot {
 
 /// The light of every pixel; with `even` all rays step in line, which leaves no grain.
 pub(super) fn expose(smoke: &Smoke, camera: &Camera, gain: f32, even: bool) -> Vec<[f32; 3]> {
-    let [few, many] = CUTS;
-    let cuts = if even { few } else { many };
+    let cuts = if even { FEW_CUTS } else { CUTS };
     let stage = Stage::new(smoke, camera, camera.width.min(camera.height), cuts);
     let width = camera.width;
     let at = |pixel: usize, [x, y]: [f32; 2], begin: f32| {

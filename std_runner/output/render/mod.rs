@@ -33,6 +33,15 @@ use rayon::prelude::*;
 
 use super::picture::{Colours, Picture};
 
+/// Bytes for each pixel: what its ray saw and its light, or its light, its colours and its file.
+const PIXEL: usize = 28;
+/// Bytes for each cell: density and body, and the density as it is drawn.
+const CELL: usize = 12;
+/// Bytes for each cell of the result: a field as it is read, in double precision and in single.
+const READ: usize = 12;
+/// Bytes for each of the cells that detail drifts on: two fields of it, the flow and one field that becomes another, or the copy that a picture has.
+const DRIFT: usize = 48;
+
 /// A picture before it becomes bytes: linear red, green and blue from the top, as a film would be lit.
 pub(crate) struct Film {
     pub width: usize,
@@ -86,6 +95,32 @@ impl Smoke {
             [nx, ny] => flat::pixels(nx, ny),
             _ => 0,
         }
+    }
+
+    /// Bytes that drawing a grid of `cells` takes at most, about: with `body` among solid cells, in 3D with detail that drifts on `coarse` cells.
+    pub fn bytes(cells: &[usize], coarse: &[usize], body: bool, shot: &Shot) -> usize {
+        let pixels = PIXEL.saturating_mul(shot.width * shot.height);
+        let all = |cells: &[usize]| {
+            cells
+                .iter()
+                .fold(1_usize, |all, &count| all.saturating_mul(count))
+        };
+        let drawn = match *cells {
+            [nx, ny, nz] => {
+                let detailed = shot.detail > 0.0;
+                let drift = if detailed {
+                    DRIFT.saturating_mul(all(coarse))
+                } else {
+                    0
+                };
+                stage::bytes([nx, ny, nz], shot.width.min(shot.height), detailed, body).saturating_add(drift)
+            }
+            _ => 0,
+        };
+        let fields = CELL
+            .saturating_mul(all(cells))
+            .saturating_add(READ.saturating_mul(all(coarse)));
+        pixels.saturating_add(drawn).saturating_add(fields)
     }
 
     /// The smoke in its light, as a result shows it.

@@ -23,6 +23,8 @@ const SHARE: f32 = 0.4;
 const ALBEDO: [f32; 3] = [0.97, 0.95, 0.925];
 /// Cells a step along a ray, and with detail or a body.
 const STRIDES: [f32; 2] = [0.5, 0.3];
+/// Cells are cut so often, at most.
+pub(super) const CUTS: usize = 4;
 /// Light from everywhere.
 const AROUND: [f32; 3] = [0.020, 0.023, 0.030];
 /// Cells along the longest side of the volumes, at most, unless the smoke has more.
@@ -49,7 +51,7 @@ pub(super) struct Stage {
 impl Stage {
     /// `smoke` for a camera whose picture has about `across` samples from side to side; cells are cut at most `most` times.
     pub fn new(smoke: &Smoke, camera: &Camera, across: usize, most: usize) -> Self {
-        let (fine, coarse) = factors(smoke, across, most);
+        let (fine, coarse) = factors(smoke.cells, across, most);
         let blocks = Blocks::new(smoke);
         let positive: Vec<f32> = smoke.values.iter().map(|value| value.max(0.0)).collect();
         let mut density = Volume::refined(&positive, smoke.cells, fine);
@@ -82,9 +84,30 @@ impl Stage {
     }
 }
 
+/// Bytes of a stage while it is set up, about, for smoke of `cells` in a picture of `across` samples from side to side.
+pub(super) fn bytes(cells: [usize; 3], across: usize, detail: bool, body: bool) -> usize {
+    const NUMBER: usize = size_of::<f32>();
+    let (fine, coarse) = factors(cells, across, CUTS);
+    let cut = |factor: usize| {
+        cells
+            .iter()
+            .fold(NUMBER, |all, &count| all.saturating_mul(count * factor))
+    };
+    // Of light two lamps, and four colours of what smoke sends to the camera.
+    let (whole, light) = (cut(fine), cut(coarse).saturating_mul(6));
+    // Beside the density: what it was cut from along two axes, or curled from; then a body, and what that was cut from, or light.
+    let curled = if detail { whole } else { whole / fine };
+    let beside = if body {
+        whole.saturating_add(light.max(whole / fine))
+    } else {
+        light
+    };
+    whole.saturating_add(curled.max(beside))
+}
+
 /// How often cells are cut for density and for light, the one a multiple of the other.
-fn factors(smoke: &Smoke, across: usize, most: usize) -> (usize, usize) {
-    let longest = smoke.cells.iter().copied().max().unwrap_or(1);
+fn factors(cells: [usize; 3], across: usize, most: usize) -> (usize, usize) {
+    let longest = cells.into_iter().max().unwrap_or(1);
     let cut = |samples: usize, cells: usize| (across / (samples * longest)).min(cells / longest);
     let fine = cut(2, FINEST_DENSITY).clamp(1, most);
     let coarse = cut(4, FINEST_LIGHT).clamp(1, (most / 2).max(1)).min(fine);

@@ -1,6 +1,5 @@
 //! What is kept of windows: growing files, which show themselves as the frames of one result.
 
-use super::left::failed;
 use crate::destination::Aside;
 use crate::exit::Failure;
 use crate::output::{
@@ -177,13 +176,13 @@ impl Kept {
 
     fn append(&mut self, name: &str, field: &Samples) -> Result<(), Failure> {
         if !self.series.contains_key(name) {
-            let series = Series::create(&self.scratch.file(name)).map_err(failed)?;
+            let series = Series::create(&self.scratch.file(name))?;
             self.series.insert(name.into(), series);
         }
         let series = self.series.get_mut(name);
         series
             .map_or(Ok(()), |series| series.append(field))
-            .map_err(failed)
+            .map_err(Failure::from)
     }
 
     /// `out` becomes field `index` of an array.
@@ -191,7 +190,7 @@ impl Kept {
         self.series
             .get(name)
             .map_or(Ok(()), |series| series.read(index, out))
-            .map_err(failed)
+            .map_err(Failure::from)
     }
 
     /// As [`Self::field`], for a caller who looks at [`Self::trouble`] later.

@@ -25,7 +25,8 @@ pub(super) struct Left {
 impl Left {
     /// Nothing yet, in files of this name.
     pub fn new(scratch: &Aside, name: &str, dims: usize, samples: Samples) -> Result<Self, Failure> {
-        let file = |what: &str| Series::create(&scratch.file(&format!("{name}_{what}"))).map_err(failed);
+        let file =
+            |what: &str| Series::create(&scratch.file(&format!("{name}_{what}"))).map_err(Failure::from);
         let along = (0..dims).map(|axis| file(&format!("velocity_{axis}")));
         Ok(Self {
             density: file("density")?,
@@ -46,14 +47,14 @@ impl Left {
             velocity,
             samples,
         } = self;
-        density.clear().map_err(failed)?;
+        density.clear()?;
         frames.read(&DENSITY, window.keeps, 0, samples);
-        density.append(samples).map_err(failed)?;
+        density.append(samples)?;
         for (axis, series) in velocity.iter_mut().enumerate() {
-            series.clear().map_err(failed)?;
+            series.clear()?;
             for step in window.keeps..window.steps {
                 frames.read(&VELOCITY, step, axis, samples);
-                series.append(samples).map_err(failed)?;
+                series.append(samples)?;
             }
         }
         Ok(())
@@ -126,7 +127,7 @@ impl Left {
 
     /// The density where the next window begins.
     pub fn density(&mut self) -> Result<&mut Samples, Failure> {
-        self.density.read(0, &mut self.samples).map_err(failed)?;
+        self.density.read(0, &mut self.samples)?;
         Ok(&mut self.samples)
     }
 
@@ -193,7 +194,7 @@ impl Left {
     fn velocity(&mut self, axis: usize, step: usize) -> Result<&mut Samples, Failure> {
         if let Some(series) = self.velocity.get(axis) {
             let last = series.count().saturating_sub(1);
-            series.read(step.min(last), &mut self.samples).map_err(failed)?;
+            series.read(step.min(last), &mut self.samples)?;
         }
         Ok(&mut self.samples)
     }
@@ -212,11 +213,6 @@ fn pull<V, const N: usize>(
         values.push(number(bytes));
     }
     Ok(())
-}
-
-/// The failure of a file.
-pub(super) fn failed(error: OutputError) -> Failure {
-    Failure::File(error.to_string())
 }
 
 /// The failure of a field that a window gave and the next refuses.

@@ -1,7 +1,6 @@
 //! The state of windows in a checkpoint: what is remembered as words, what is kept of all steps in files of its own, what the last window left.
 
 use super::kept::Kept;
-use super::left::failed;
 use super::walk::{Inside, Walk};
 use crate::checkpoint::{Keeper, Saving, Words, is_state_or_lock};
 use crate::exit::Failure;
@@ -129,7 +128,7 @@ impl Walk<'_> {
         let there = self.kept.go_on(files, outputs)?;
         there.ok_or_else(|| reading.damaged())?;
         let taken = self.left.go_on(&mut reading.file, &left, last.steps);
-        taken.map_err(|error| error.map_or_else(|| reading.damaged(), failed))
+        taken.map_err(|error| error.map_or_else(|| reading.damaged(), Failure::from))
     }
 }
 
@@ -201,7 +200,7 @@ impl Kept {
         for (name, state) in files {
             let mut samples = Samples::new(self.precision);
             let series = Series::go_on(&self.scratch.file(&name), state, &mut samples);
-            let Some(series) = series.map_err(failed)? else {
+            let Some(series) = series? else {
                 return Ok(None);
             };
             self.series.insert(name, series);
