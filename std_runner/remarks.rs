@@ -6,7 +6,8 @@ use thurible_core::method::registry::{simulates, steers};
 use thurible_core::output::DENSITY;
 use thurible_core::{Method, Params, Problem, Real, Solver, Space, Status};
 
-/// How far a density is from a keyframe: |rho - rho*| / |rho*|, Euclidean norms over all cells.
+/// How far a density is from a keyframe: |R (rho - rho*)| / |R rho*|, Euclidean norms over all cells; R is the keyframe's region, 1 everywhere where
+/// it has none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeyframeError {
     /// Where the keyframe stands; of several steps, the errors are the largest.
@@ -15,7 +16,7 @@ pub struct KeyframeError {
     pub before: f64,
     /// Of the result.
     pub after: f64,
-    /// How many times as dense the keyframe is, where it is densest, as the smoke that there is: the source, or with emitters the densest of
+    /// How many times as dense the keyframe is, where it is densest in its region, as the smoke that there is: the source, or with emitters the densest of
     /// all steps.
     pub denser: f64,
 }
@@ -34,13 +35,21 @@ pub fn keyframe_errors<T: Real, S: Space>(
     let there = (0..=last).map(|step| densest(&density(solver, step)));
     let there = there.fold(0.0, f64::max);
     let first = density(solver, 0);
+    let mut region = Vec::new();
     let error = |(index, &step): (usize, &usize)| {
-        let wanted = &keyframe(solver, index);
+        if problem.keyframe_regions {
+            region.resize(solver.cells(), T::ZERO);
+            solver.read_region(index, &mut region);
+        }
+        let wanted = Wanted {
+            target: &keyframe(solver, index),
+            region: &region,
+        };
         KeyframeError {
             stay: Stay::at(step),
-            before: distance(&first, wanted),
-            after: distance(&density(solver, step), wanted),
-            denser: densest(wanted) / there,
+            before: wanted.distance(&first),
+            after: wanted.distance(&density(solver, step)),
+            denser: wanted.densest() / there,
         }
     };
     steps.iter().enumerate().map(error).collect()
@@ -74,15 +83,39 @@ fn keyframe<'s, T: Real, S: Space>(solver: &'s Solver<'_, T, S>, index: usize) -
     Cow::Owned(density)
 }
 
-/// |found - wanted| / |wanted|.
-pub(crate) fn distance<T: Real>(found: &[T], wanted: &[T]) -> f64 {
-    let (mut off, mut size) = (0.0, 0.0);
-    for (found, wanted) in found.iter().zip(wanted) {
-        let (found, wanted) = (found.to_f64(), wanted.to_f64());
-        off += (found - wanted) * (found - wanted);
-        size += wanted * wanted;
+/// What a keyframe asks for.
+pub(crate) struct Wanted<'a, T> {
+    /// Its target.
+    pub target: &'a [T],
+    /// What its error is multiplied by; empty for 1 everywhere.
+    pub region: &'a [T],
+}
+
+impl<T: Real> Wanted<'_, T> {
+    /// The target and the region, cell by cell.
+    fn cells(&self) -> impl Iterator<Item = [f64; 2]> {
+        let region = |cell: usize| self.region.get(cell).map_or(1.0, |part: &T| part.to_f64());
+        let target = self.target.iter().enumerate();
+        target.map(move |(cell, target)| [target.to_f64(), region(cell)])
     }
-    (off / size).sqrt()
+
+    /// How far `found` is from it; see [`KeyframeError`]. Where its region asks for no smoke, in parts of the whole target.
+    pub fn distance(&self, found: &[T]) -> f64 {
+        let (mut off, mut size, mut whole) = (0.0, 0.0, 0.0);
+        for (found, [target, region]) in found.iter().zip(self.cells()) {
+            let error = region * (found.to_f64() - target);
+            off += error * error;
+            size += region * region * target * target;
+            whole += target * target;
+        }
+        (off / if size > 0.0 { size } else { whole }).sqrt()
+    }
+
+    /// The largest density that it asks for.
+    pub fn densest(&self) -> f64 {
+        let asked = self.cells().map(|[target, region]| target * region);
+        asked.fold(0.0, f64::max)
+    }
 }
 
 /// The largest density.
@@ -97,6 +130,7 @@ pub struct Names {
     penalty: &'static str,
     drive: &'static str,
     steps: &'static str,
+    match_mass: &'static str,
     double: &'static str,
 }
 
@@ -106,6 +140,7 @@ pub const OF_SCENES: Names = Names {
     penalty: "`method.admm.penalty`",
     drive: "`method.pd.drive`",
     steps: "`time.steps`",
+    match_mass: "`control.match_mass = false`",
     double: "--precision f64",
 };
 
@@ -115,12 +150,11 @@ pub const OF_PYTHON: Names = Names {
     penalty: "options[\"penalty\"]",
     drive: "options[\"drive\"]",
     steps: "steps",
+    match_mass: "match_mass=False",
     double: "float64",
 };
 
-/// Of an error that changes by less than this part of itself one says that nothing moved,
-const STILL: f64 = 0.01;
-/// and of one that falls by less than this that hardly anything did.
+/// Of an error that falls by less than this part of itself one says that the smoke came no nearer.
 const MOVED: f64 = 0.05;
 /// Errors below this need no control.
 const THERE: f64 = 1e-3;
@@ -132,8 +166,10 @@ const GRADIENT: f64 = 0.01;
 const DENSER: f64 = 1.2;
 /// Weight of the force and penalty of ADMM, in units of box and step, of all scenes in examples/.
 const USUAL: f64 = 1e3;
-/// A weight is called unusual when it is more than so many times off.
-const UNUSUAL: f64 = 10.0;
+/// A keyframe of less than this part of its mass is hardly to be seen.
+const FAINT: f64 = 0.2;
+/// A weight is called unusual when it is so many times less or more.
+const UNUSUAL: [f64; 2] = [1e4, 10.0];
 
 /// What there is to say of a solve whose last step ended with `ended` and whose result could be finished.
 pub fn remarks(
@@ -166,6 +202,19 @@ pub fn remarks(
         ));
     }
     remarks
+}
+
+/// That a keyframe is hardly to be seen, since it was multiplied by the least of `factors`, which are those of all keyframes of `problem`.
+pub fn faint(problem: &Problem<'_>, factors: &[f64], names: &Names) -> Option<String> {
+    let keyframes = problem.keyframes.iter().zip(factors);
+    let (step, &factor) = keyframes.min_by(|(_, one), (_, other)| one.total_cmp(other))?;
+    (problem.match_mass && factor < FAINT).then(|| {
+        format!(
+            "the keyframe at step {step} has {} of its mass, since no more smoke is there by then where nothing steers; {} asks for all of it",
+            percent(factor),
+            names.match_mass
+        )
+    })
 }
 
 /// That a solve of which nothing else is to be said ended by its tolerance well before its gradient is 0, whose norms on the finest grid are
@@ -247,18 +296,11 @@ fn last_flow(params: &Params, is_double: bool, names: &Names) -> String {
 
 /// That the smoke is where it was, and what to change.
 fn no_nearer(problem: &Problem<'_>, params: &Params, [before, after]: [f64; 2], names: &Names) -> String {
-    let change = (after - before).abs() / before;
-    let what = if change < STILL {
-        "nothing moved"
-    } else if change < MOVED {
-        "hardly anything moved"
-    } else {
-        "the smoke came no nearer to its keyframes"
-    };
     let found = format!(
-        "{what}: the largest keyframe error is {}, and {} with the source held still",
+        "the smoke came no nearer to its keyframes: the largest keyframe error is {}, and {} {}",
         percent(after),
-        percent(before)
+        percent(before),
+        held_still(before)
     );
     if params.method == Method::Pd {
         return format!("{found}; try another {} than {}", names.drive, params.pd.drive);
@@ -270,6 +312,12 @@ fn no_nearer(problem: &Problem<'_>, params: &Params, [before, after]: [f64; 2], 
         (Some(weight), Some(penalty)) if params.method == Method::Admm => format!("{weight}, and {penalty}"),
         (None, Some(penalty)) if params.method == Method::Admm => penalty,
         (Some(weight), _) => weight,
+        (None, _) if problem.force_weight * unit.force * unit.force < USUAL / 10.0 => {
+            format!(
+                "force is cheap already; try more iterations or more {}",
+                names.steps
+            )
+        }
         (None, _) => format!(
             "try a smaller {}, say {:.1e}, or more iterations",
             names.force_weight,
@@ -283,9 +331,10 @@ fn no_nearer(problem: &Problem<'_>, params: &Params, [before, after]: [f64; 2], 
 fn missed(problem: &Problem<'_>, params: &Params, errors: &[KeyframeError], names: &Names) -> String {
     let [before, after] = largest(errors);
     let found = format!(
-        "it converged, but a keyframe is missed by {}, and by {} with the source held still",
+        "it converged, but a keyframe is missed by {}, and by {} {}",
         percent(after),
-        percent(before)
+        percent(before),
+        held_still(before)
     );
     let farthest = errors
         .iter()
@@ -313,10 +362,20 @@ fn missed(problem: &Problem<'_>, params: &Params, errors: &[KeyframeError], name
     )
 }
 
+/// What a keyframe error is when nothing is done, which is 1 where there is no source.
+fn held_still(before: f64) -> &'static str {
+    if before == 1.0 {
+        "without any smoke"
+    } else {
+        "with the source held still"
+    }
+}
+
 /// What to make of a weight that is `scale` times larger in units of box and step, if it is unusual there.
 fn advice(name: &str, weight: f64, scale: f64) -> Option<String> {
     let scaled = weight * scale;
-    let usual = (USUAL / UNUSUAL..=USUAL * UNUSUAL).contains(&scaled);
+    let [less, more] = UNUSUAL;
+    let usual = (USUAL / less..=USUAL * more).contains(&scaled);
     (!usual).then(|| {
         format!(
             "in units of box and step {name} is {scaled:.1e}, and {USUAL} in the examples: try {:.2e}",
@@ -362,7 +421,7 @@ mod tests {
         let sentence = &said[0];
         assert_eq!(
             sentence,
-            "nothing moved: the largest keyframe error is 71.6 %, and 71.7 % with the source held still; in units of box and step \
+            "the smoke came no nearer to its keyframes: the largest keyframe error is 71.6 %, and 71.7 % with the source held still; in units of box and step \
              `control.force_weight` is 3.3e10, and 1000 in the examples: try 3.01e-5"
         );
     }
@@ -411,6 +470,42 @@ mod tests {
             ]
         );
         assert!(said_of(Status::MaxIterations).is_empty());
+    }
+
+    #[test]
+    fn a_faint_keyframe_is_said_to_be() {
+        let problem = Problem::new(&[24, 24], &WALLS, &[12, 20]);
+        assert_eq!(faint(&problem, &[1.0, 0.3], &OF_SCENES), None);
+        let left = faint(&problem, &[1.0, 0.028], &OF_SCENES).unwrap_or_default();
+        assert!(
+            left.starts_with("the keyframe at step 20 has 2.8 % of its mass"),
+            "{left}"
+        );
+        let kept = Problem {
+            match_mass: false,
+            ..problem
+        };
+        assert_eq!(faint(&kept, &[0.028, 1.0], &OF_SCENES), None);
+    }
+
+    #[test]
+    fn what_lies_outside_of_a_region_does_not_count() {
+        let wanted = |region: &'static [f64]| Wanted {
+            target: &[1.0, 2.0, 0.0, 4.0],
+            region,
+        };
+        let found = [1.0, 1.0, 5.0, 4.0];
+        assert_eq!(
+            wanted(&[1.0, 1.0, 0.0, 0.0]).distance(&found),
+            (1.0_f64 / 5.0).sqrt()
+        );
+        assert_eq!(wanted(&[0.5, 0.5, 0.0, 0.0]).densest(), 1.0);
+        // Where no smoke is asked for, that counts beside the whole target.
+        assert_eq!(
+            wanted(&[0.0, 0.0, 1.0, 0.0]).distance(&found),
+            (25.0_f64 / 21.0).sqrt()
+        );
+        assert_eq!(wanted(&[]).distance(&found), (26.0_f64 / 21.0).sqrt());
     }
 
     #[test]

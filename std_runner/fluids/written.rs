@@ -2,7 +2,7 @@
 
 use crate::exit::Failure;
 use crate::output::{OutputError, Precision, Store};
-use crate::remarks::{KeyframeError, densest, distance};
+use crate::remarks::{KeyframeError, Wanted, densest};
 use crate::report::{ARCHIVE, RunRecord, write_words};
 use crate::run::drawn::drawn;
 use crate::scene::Scene;
@@ -136,11 +136,15 @@ impl Writing<'_> {
             Some(source) => drawn(scene, "source", source, &mut Vec::new())?,
             None => Vec::new(),
         };
+        let wanted = Wanted {
+            target: &wanted,
+            region: &[],
+        };
         self.seen.errors.push(KeyframeError {
             stay: Stay::at(step),
-            before: distance(&source, &wanted),
-            after: distance(found, &wanted),
-            denser: densest(&wanted) / self.densest,
+            before: wanted.distance(&source),
+            after: wanted.distance(found),
+            denser: wanted.densest() / self.densest,
         });
         self.seen.mass_ratios.push(mass(found) / self.mass);
         Ok(())

@@ -171,7 +171,7 @@ impl Solution {
         crate::templates::listed(py, &self.templates)
     }
 
-    /// Sentences about what the status alone does not say, as that nothing moved; mostly none.
+    /// Sentences about what the status alone does not say, as that the smoke came no nearer; mostly none.
     #[getter]
     fn remarks(&self) -> Vec<String> {
         self.remarks.clone()

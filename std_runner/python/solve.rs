@@ -17,7 +17,7 @@ use pyo3::exceptions::{PyFloatingPointError, PyMemoryError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use thurible::bytes::grouped;
-use thurible::remarks::{OF_PYTHON, keyframe_errors, or_else, remarks, still_falls};
+use thurible::remarks::{OF_PYTHON, faint, keyframe_errors, or_else, remarks, still_falls};
 use thurible_core::{D2, D3, Method, Solver, SolverError, Space, Status};
 
 /// Finds the smallest force that carries the smoke of `source` to `keyframes`, a dict {step: array} or pairs (step, array).
@@ -165,7 +165,7 @@ impl Job<'_> {
             ended.last,
             gradients.filter_map(|iteration| iteration.fact("gradient_norm")),
         );
-        let said = remarks(
+        let mut said = remarks(
             &choices.scene.problem(),
             &params,
             ended.last,
@@ -173,6 +173,7 @@ impl Job<'_> {
             T::BYTES == size_of::<f64>(),
             &OF_PYTHON,
         );
+        said.extend(faint(&choices.scene.problem(), &mass_factors, &OF_PYTHON));
         let templates = templates::found(&solver);
         drop(solver);
         Ok(Solution {

@@ -7,7 +7,7 @@ use crate::output::Gallery;
 use crate::plan::Planned;
 use crate::problem::{OwnedProblem, Precision};
 use crate::progress::{Clock, Watch};
-use crate::remarks::{KeyframeError, OF_SCENES, or_else, remarks, still_falls};
+use crate::remarks::{KeyframeError, OF_SCENES, faint, or_else, remarks, still_falls};
 use crate::report::{AdvectionRecord, KeyframeRecord, LedgerLine, MemoryRecord, RunRecord, SecondsRecord};
 use crate::scene::{Keyframe, Scene};
 use crate::stay::Stay;
@@ -109,19 +109,25 @@ impl Facts<'_> {
             templates,
             frames: Vec::new(),
             windows,
-            remarks: or_else(
-                remarks(
-                    &problem.problem(),
-                    &self.planned.params,
-                    ended,
-                    &errors,
-                    self.planned.precision == Precision::F64,
-                    &OF_SCENES,
-                ),
-                falls,
-            ),
+            remarks: or_else(self.remarks(ended, &errors), falls),
             fluids: None,
         }
+    }
+
+    /// What the status alone does not say.
+    fn remarks(&self, ended: Status, errors: &[KeyframeError]) -> Vec<String> {
+        let problem = self.problem.problem();
+        let is_double = self.planned.precision == Precision::F64;
+        let mut said = remarks(
+            &problem,
+            &self.planned.params,
+            ended,
+            errors,
+            is_double,
+            &OF_SCENES,
+        );
+        said.extend(faint(&problem, self.mass_factors, &OF_SCENES));
+        said
     }
 
     /// s of the price of the force, as a length.

@@ -61,14 +61,16 @@ fn a_solve_in_which_nothing_moved_says_so_and_names_a_weight_that_moves_it() {
         assert!(after > 0.95 * before, "{test}");
         let remark = report["remarks"][0].as_str().unwrap();
         assert!(
-            remark.starts_with("nothing moved: the largest keyframe error is"),
+            remark.starts_with("the smoke came no nearer to its keyframes: the largest keyframe error is"),
             "{remark}"
         );
         assert!(remark.contains("`control.force_weight` is 3.3e10"), "{remark}");
         assert!(ended.out.contains("keyframe error: step 12 "), "{}", ended.out);
         assert!(ended.out.contains(&format!("note: {remark}")), "{}", ended.out);
         let page = fs::read_to_string(folder.join("report.html")).unwrap();
-        assert!(page.contains("Note: nothing moved") && page.contains("with the source held still"));
+        assert!(
+            page.contains("Note: the smoke came no nearer") && page.contains("with the source held still")
+        );
         // With what is to be tried the smoke moves.
         let weights: Vec<&str> = remark
             .split("try ")
@@ -153,7 +155,7 @@ fn a_comparison_says_so_too() {
     ]);
     assert_eq!(ended.code, 0, "{}", ended.err);
     let page = fs::read_to_string(out.join("compare.md")).unwrap();
-    assert!(page.contains("direct: nothing moved"), "{page}");
+    assert!(page.contains("direct: the smoke came no nearer"), "{page}");
     let facts: Value = serde_json::from_slice(&fs::read(out.join("compare.json")).unwrap()).unwrap();
     let [direct, pd] = [0, 1].map(|row| &facts["rows"][row]);
     assert_eq!(direct["keyframe_error_before"], pd["keyframe_error_before"]);

@@ -436,7 +436,7 @@ class Solution:
         """The templates of the force as they were found, with the keys that they are given by: an amplitude for each interval."""
     @property
     def remarks(self) -> list[str]:
-        """Sentences about what the status alone does not say, as that nothing moved; mostly none."""
+        """Sentences about what the status alone does not say, as that the smoke came no nearer; mostly none."""
     @property
     def mass_factors(self) -> list[float]:
         """By how much each keyframe was scaled to the mass of the smoke at its step."""

@@ -6,7 +6,7 @@ use crate::output::{
     Frames, Given, GivenValues, OutputError, Precision, Sample, Samples, Series, array_name,
 };
 use crate::problem::OwnedProblem;
-use crate::remarks::{KeyframeError, densest, distance};
+use crate::remarks::{KeyframeError, Wanted};
 use crate::run::frames::{EMISSION, REGION, given};
 use crate::stay::Stay;
 use crate::windows::Window;
@@ -102,26 +102,28 @@ impl Kept {
         frames: &mut dyn Frames,
         window: &Window,
     ) -> Result<(), Failure> {
-        let [mut target, mut density, mut source] = [(); 3].map(|()| Samples::new(self.precision));
+        let [mut target, mut region, mut density, mut source] =
+            [(); 4].map(|()| Samples::new(self.precision));
         self.field(&array_name(&DENSITY, 0), 0, &mut source)?;
         let steps = frames.keyframe_steps().to_vec();
         let judged = steps.into_iter().enumerate();
         for (index, step) in judged.filter(|(_, step)| window.judges().contains(&(window.start + step))) {
             frames.keyframe(index, &mut target);
             self.append(TARGET, &target)?;
+            if self.problem.keyframe_regions {
+                frames.given_field(REGION, index, &mut region);
+                self.append(REGION, &region)?;
+            }
             frames.read(&DENSITY, step, 0, &mut density);
-            let [wanted, source, density] =
-                [&mut target, &mut source, &mut density].map(|samples| &*T::list(samples));
+            let [target, region, source, density] =
+                [&mut target, &mut region, &mut source, &mut density].map(|samples| &*T::list(samples));
+            let wanted = Wanted { target, region };
             self.errors.push(KeyframeError {
                 stay: Stay::at(window.start + step),
-                before: distance(source, wanted),
-                after: distance(density, wanted),
-                denser: densest(wanted),
+                before: wanted.distance(source),
+                after: wanted.distance(density),
+                denser: wanted.densest(),
             });
-            if self.problem.keyframe_regions {
-                frames.given_field(REGION, index, &mut target);
-                self.append(REGION, &target)?;
-            }
         }
         Ok(())
     }
