@@ -9,7 +9,7 @@ use thurible_core::condense::{Basis, CondenseParams, Condenser, Material, Order,
 use thurible_core::{Named, Serial};
 
 fn folder() -> &'static Path {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/numerics/condense"))
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/condense"))
 }
 
 fn counts() -> Value {

@@ -58,7 +58,7 @@ fn close(name: &str, found: &[f64], expected: &[f64]) {
 }
 
 fn agrees<S: Space>(name: &str, slots: Slots) {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/numerics/reference");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference");
     let arrays = read_with_text(&folder.join(name));
     let reference = Reference {
         meta: serde_json::from_str(&arrays.1).unwrap(),
