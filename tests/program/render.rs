@@ -214,13 +214,16 @@ fn films_are_made_where_ffmpeg_is() {
     assert_eq!(fs::read(result.join("render/render.mp4")).unwrap(), film);
 }
 
+/// What becomes of an array by its name: its shape, and its values.
+type Change<'a> = &'a dyn Fn(&str, &mut Vec<usize>, &mut Vec<f64>);
+
 /// Another program may have saved an archive again, in another way or with other numbers.
 #[test]
 fn what_another_program_made_of_a_result_is_drawn_or_refused() {
     let result = solved("render_changed", FLAT);
     let archive = result.join("result.npz");
     let arrays = npz::read(&archive);
-    let save = |change: &dyn Fn(&str, &mut Vec<usize>, &mut Vec<f64>)| {
+    let save = |change: Change<'_>| {
         let saved = arrays.iter().map(|(name, array)| {
             let (mut shape, mut values) = (array.shape.clone(), array.data.clone());
             change(name, &mut shape, &mut values);
@@ -245,7 +248,6 @@ fn what_another_program_made_of_a_result_is_drawn_or_refused() {
     let whole = fs::read(film.join("render.webp")).unwrap();
     let density = |name: &str| name == "density";
     let cells: usize = arrays["density"].shape[1..].iter().product();
-    type Change<'a> = &'a dyn Fn(&str, &mut Vec<usize>, &mut Vec<f64>);
     let changes: [(Change<'_>, &str); 4] = [
         (
             &|name, _, values| {
