@@ -183,7 +183,7 @@ fn slopes<T: Real, const D: usize, const K: usize>(
             *part += tracer.slope(trace, corner, axis) * held;
         }
     }
-    // Interpolation has a kink at a cell's centre, where every cell is that is at rest: neither side is better than the other.
+    // Interpolation has a kink at a cell's centre, where cells at rest come from: neither side is better than the other.
     for axis in (0..D).filter(|&axis| trace.s[axis] == T::ZERO) {
         let mut below = T::ZERO;
         for corner in 0..1 << D {

@@ -23,12 +23,14 @@ pub struct Step<'a, T> {
     pub mu: &'a [T],
 }
 
-/// Where a cell's density comes from along one axis: two cells, the weight of the second, and whether it moves with v.
+/// Where a cell's density comes from along one axis: two cells, the weight of the second, whether it moves with v, and whether it is the cell itself
+/// since v is 0.
 #[derive(Clone, Copy)]
 struct Origin {
     cells: [usize; 2],
     weight: f64,
     moves: bool,
+    rests: bool,
 }
 
 /// The origins of cell `at`, one for each axis.
@@ -39,6 +41,7 @@ fn origins<T: Real>(grid: &Grid, velocity: Velocity<'_, T>, tau: f64, at: [usize
                 cells: [0, 0],
                 weight: 0.0,
                 moves: false,
+                rests: false,
             };
         }
         let line = grid.axis(axis);
@@ -53,6 +56,7 @@ fn origins<T: Real>(grid: &Grid, velocity: Velocity<'_, T>, tau: f64, at: [usize
             cells: [0, 1].map(|next| line.nearest(low as isize - first + next)),
             weight: place - low,
             moves,
+            rests: v == 0.0,
         }
     })
 }
@@ -181,7 +185,8 @@ pub fn gradient<T: Real>(exec: &dyn Exec, step: &Step<'_, T>, gradient: VectorMu
 fn by_cell<T: Real>(step: &Step<'_, T>, axis: usize, at: [usize; 3]) -> f64 {
     let grid = step.grid;
     let origins = origins(grid, step.velocity, step.tau, at);
-    if !origins[axis].moves {
+    let Origin { moves, rests, .. } = origins[axis];
+    if !moves && !rests {
         return 0.0;
     }
     let slope = |origins: &[Origin; 3]| {
@@ -197,8 +202,9 @@ fn by_cell<T: Real>(step: &Step<'_, T>, axis: usize, at: [usize; 3]) -> f64 {
         slope
     };
     let mut slope_here = slope(&origins);
-    // Interpolation has a kink at a cell's centre, where every cell is that is at rest: neither side is better than the other.
-    if origins[axis].weight == 0.0 && origins[axis].cells[0] == at[axis] {
+    // Interpolation has a kink at a cell's centre, where cells at rest come from: neither side is better than the other. Beside a wall one of the sides
+    // is a place that is moved back.
+    if rests {
         let mut below = origins;
         below[axis].cells = [grid.axis(axis).nearest(at[axis] as isize - 1), at[axis]];
         slope_here = 0.5 * (slope_here + slope(&below));

@@ -187,6 +187,36 @@ fn velocity_gradient_of_semi_lagrangian() {
     step_gradient(Scheme::SemiLagrangian, 2e-5);
 }
 
+/// A cell at rest is at the kink of its interpolation: its gradient is the mean of both sides, as central differences have it.
+#[test]
+fn velocity_gradient_of_semi_lagrangian_at_rest() {
+    let mut random = Random::new(33);
+    for (cells, ends) in [
+        (&[10, 8][..], "ww"),
+        (&[7, 9], "pw"),
+        (&[6, 6], "pp"),
+        (&[5, 4, 6], "www"),
+        (&[4, 6, 5], "pwp"),
+    ] {
+        let grid = grid(cells, ends);
+        let (rho, mu): (Vec<f64>, _) = (random.density(&grid), random.cells(&grid, 1));
+        let d = random
+            .faces(&grid, 1)
+            .map(|c| c.iter().map(|x: &f64| x * grid.h[0]).collect());
+        let carry = Carry::new(&grid, Scheme::SemiLagrangian, 1e-200);
+        let rest = zeros(&grid, 1);
+        let (_, gradient) = carry.backward(&rest, &rho, &mu).unwrap();
+        let value = |t: f64| dot(&mu, &carry.forward(&add_scaled_all(&rest, t, &d), &rho).unwrap());
+        const STEP: f64 = 1e-6;
+        let differences = (value(STEP) - value(-STEP)) / (2.0 * STEP);
+        let slope = dot_all(&gradient, &d);
+        assert!(
+            (differences - slope).abs() < 1e-4 * slope.abs().max(1.0),
+            "{cells:?} {ends}: slope {slope:e}, differences {differences:e}"
+        );
+    }
+}
+
 #[test]
 fn velocity_gradient_of_limited() {
     // The limiter has a kink wherever the smallest of its three slopes becomes another: steps so small that none is met, which leave
