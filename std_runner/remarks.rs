@@ -83,6 +83,9 @@ fn keyframe<'s, T: Real, S: Space>(solver: &'s Solver<'_, T, S>, index: usize) -
     Cow::Owned(density)
 }
 
+/// Where a region is below this, or as little of a target lies in it, hardly any smoke is asked for there: its edge is soft and ends nowhere.
+const HARDLY: f64 = 0.1;
+
 /// What a keyframe asks for.
 pub(crate) struct Wanted<'a, T> {
     /// Its target.
@@ -99,7 +102,7 @@ impl<T: Real> Wanted<'_, T> {
         target.map(move |(cell, target)| [target.to_f64(), region(cell)])
     }
 
-    /// How far `found` is from it; see [`KeyframeError`]. Where its region asks for no smoke, in parts of the whole target.
+    /// How far `found` is from it; see [`KeyframeError`]. Where its region asks for hardly any smoke, in parts of the whole target.
     pub fn distance(&self, found: &[T]) -> f64 {
         let (mut off, mut size, mut whole) = (0.0, 0.0, 0.0);
         for (found, [target, region]) in found.iter().zip(self.cells()) {
@@ -108,13 +111,14 @@ impl<T: Real> Wanted<'_, T> {
             size += region * region * target * target;
             whole += target * target;
         }
-        (off / if size > 0.0 { size } else { whole }).sqrt()
+        let asks = size >= HARDLY * HARDLY * whole;
+        (off / if asks { size } else { whole }).sqrt()
     }
 
     /// The largest density that it asks for.
     pub fn densest(&self) -> f64 {
-        let asked = self.cells().map(|[target, region]| target * region);
-        asked.fold(0.0, f64::max)
+        let asked = self.cells().filter(|[_, region]| *region >= HARDLY);
+        asked.map(|[target, _]| target).fold(0.0, f64::max)
     }
 }
 
@@ -204,11 +208,13 @@ pub fn remarks(
     remarks
 }
 
-/// That a keyframe is hardly to be seen, since it was multiplied by the least of `factors`, which are those of all keyframes of `problem`.
+/// That a keyframe is hardly to be seen, since it was multiplied by the least of `factors`, which are those of all keyframes of `problem`. In a closed
+/// box without emitters it has what mass there is, as the user drew it.
 pub fn faint(problem: &Problem<'_>, factors: &[f64], names: &Names) -> Option<String> {
     let keyframes = problem.keyframes.iter().zip(factors);
     let (step, &factor) = keyframes.min_by(|(_, one), (_, other)| one.total_cmp(other))?;
-    (problem.match_mass && factor < FAINT).then(|| {
+    let may_differ = problem.is_open() || !problem.emitters.is_empty();
+    (problem.match_mass && may_differ && factor < FAINT).then(|| {
         format!(
             "the keyframe at step {step} has {} of its mass, since no more smoke is there by then where nothing steers; {} asks for all of it",
             percent(factor),
@@ -300,7 +306,7 @@ fn no_nearer(problem: &Problem<'_>, params: &Params, [before, after]: [f64; 2], 
         "the smoke came no nearer to its keyframes: the largest keyframe error is {}, and {} {}",
         percent(after),
         percent(before),
-        held_still(before)
+        held_still(problem)
     );
     if params.method == Method::Pd {
         return format!("{found}; try another {} than {}", names.drive, params.pd.drive);
@@ -334,7 +340,7 @@ fn missed(problem: &Problem<'_>, params: &Params, errors: &[KeyframeError], name
         "it converged, but a keyframe is missed by {}, and by {} {}",
         percent(after),
         percent(before),
-        held_still(before)
+        held_still(problem)
     );
     let farthest = errors
         .iter()
@@ -362,12 +368,12 @@ fn missed(problem: &Problem<'_>, params: &Params, errors: &[KeyframeError], name
     )
 }
 
-/// What a keyframe error is when nothing is done, which is 1 where there is no source.
-fn held_still(before: f64) -> &'static str {
-    if before == 1.0 {
-        "without any smoke"
-    } else {
+/// What is not moved where a keyframe error is that of before.
+fn held_still(problem: &Problem<'_>) -> &'static str {
+    if problem.emitters.is_empty() {
         "with the source held still"
+    } else {
+        "with the smoke of step 0 held still"
     }
 }
 
@@ -474,7 +480,9 @@ mod tests {
 
     #[test]
     fn a_faint_keyframe_is_said_to_be() {
-        let problem = Problem::new(&[24, 24], &WALLS, &[12, 20]);
+        let closed = Problem::new(&[24, 24], &WALLS, &[12, 20]);
+        assert_eq!(faint(&closed, &[1.0, 0.028], &OF_SCENES), None);
+        let problem = Problem::new(&[24, 24], &[Boundary::Wall, Boundary::OpenHigh], &[12, 20]);
         assert_eq!(faint(&problem, &[1.0, 0.3], &OF_SCENES), None);
         let left = faint(&problem, &[1.0, 0.028], &OF_SCENES).unwrap_or_default();
         assert!(
@@ -499,12 +507,14 @@ mod tests {
             wanted(&[1.0, 1.0, 0.0, 0.0]).distance(&found),
             (1.0_f64 / 5.0).sqrt()
         );
-        assert_eq!(wanted(&[0.5, 0.5, 0.0, 0.0]).densest(), 1.0);
+        assert_eq!(wanted(&[0.2, 0.2, 0.0, 0.01]).densest(), 2.0);
         // Where no smoke is asked for, that counts beside the whole target.
-        assert_eq!(
-            wanted(&[0.0, 0.0, 1.0, 0.0]).distance(&found),
-            (25.0_f64 / 21.0).sqrt()
-        );
+        for least in [0.0, 1e-9] {
+            let Wanted { target, .. } = wanted(&[]);
+            let region = &[0.0, 0.0, 1.0, least][..];
+            let distance = Wanted { target, region }.distance(&found);
+            assert_eq!(distance, (25.0_f64 / 21.0).sqrt());
+        }
         assert_eq!(wanted(&[]).distance(&found), (26.0_f64 / 21.0).sqrt());
     }
 

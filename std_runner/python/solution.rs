@@ -153,7 +153,7 @@ impl Solution {
         self.errors.iter().map(|error| error.stay.first).collect()
     }
 
-    /// How far the densities are from each keyframe: |rho - rho*| / |rho*|.
+    /// How far the densities are from each keyframe: |R (rho - rho*)| / |R rho*| with its region R, 1 where there is none.
     #[getter]
     fn keyframe_errors(&self) -> Vec<f64> {
         self.errors.iter().map(|error| error.after).collect()

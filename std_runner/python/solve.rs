@@ -165,7 +165,7 @@ impl Job<'_> {
             ended.last,
             gradients.filter_map(|iteration| iteration.fact("gradient_norm")),
         );
-        let mut said = remarks(
+        let said = remarks(
             &choices.scene.problem(),
             &params,
             ended.last,
@@ -173,6 +173,7 @@ impl Job<'_> {
             T::BYTES == size_of::<f64>(),
             &OF_PYTHON,
         );
+        let mut said = or_else(said, falls);
         said.extend(faint(&choices.scene.problem(), &mass_factors, &OF_PYTHON));
         let templates = templates::found(&solver);
         drop(solver);
@@ -186,7 +187,7 @@ impl Job<'_> {
             mass_factors,
             errors,
             templates,
-            remarks: or_else(said, falls),
+            remarks: said,
             planned_bytes,
             threads: params.threads,
             block,

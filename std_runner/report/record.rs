@@ -243,7 +243,7 @@ pub struct SecondsRecord {
 pub struct KeyframeRecord {
     /// The time step; a keyframe that is held has a record for each of its steps.
     pub step: usize,
-    /// Euclidean distance from the target, in parts of the target's size.
+    /// Euclidean distance from the target, in parts of the target's size, both in the keyframe's region.
     pub relative_l2: f64,
     /// The same of the source, as if it had been held still.
     pub relative_l2_before: f64,

@@ -109,16 +109,16 @@ impl Facts<'_> {
             templates,
             frames: Vec::new(),
             windows,
-            remarks: or_else(self.remarks(ended, &errors), falls),
+            remarks: self.remarks(ended, &errors, falls),
             fluids: None,
         }
     }
 
     /// What the status alone does not say.
-    fn remarks(&self, ended: Status, errors: &[KeyframeError]) -> Vec<String> {
+    fn remarks(&self, ended: Status, errors: &[KeyframeError], falls: Option<String>) -> Vec<String> {
         let problem = self.problem.problem();
         let is_double = self.planned.precision == Precision::F64;
-        let mut said = remarks(
+        let said = remarks(
             &problem,
             &self.planned.params,
             ended,
@@ -126,6 +126,7 @@ impl Facts<'_> {
             is_double,
             &OF_SCENES,
         );
+        let mut said = or_else(said, falls);
         said.extend(faint(&problem, self.mass_factors, &OF_SCENES));
         said
     }

@@ -427,7 +427,7 @@ class Solution:
         """Steps of the keyframes, ascending."""
     @property
     def keyframe_errors(self) -> list[float]:
-        """How far the densities are from each keyframe: |rho - rho*| / |rho*|."""
+        """How far the densities are from each keyframe: |R (rho - rho*)| / |R rho*| with its region R, 1 where there is none."""
     @property
     def keyframe_errors_before(self) -> list[float]:
         """How far the source, held still, is from each keyframe."""
