@@ -200,7 +200,7 @@ impl Studio {
     ) -> Result<(), Failure> {
         let mut destination = self.destination.clone();
         let had_one = destination.folder().join(name).exists();
-        let mut failure = None;
+        let (mut failure, mut given_up) = (None, false);
         let made = destination.add(|folder| {
             let path = folder.join(name);
             let mut movie = Movie::begin(&path, [self.shot.width, self.shot.height], self.pace)?;
@@ -215,14 +215,18 @@ impl Studio {
                 }
                 self.told(step, name);
             }
-            if self.done == 0 || (failure.is_some() && had_one) {
-                return movie.give_up();
+            given_up = self.done == 0 || (failure.is_some() && had_one);
+            if given_up {
+                movie.give_up();
+                // Nothing of it comes into the folder.
+                return Err(OutputError::Source(Failure::File(String::new())));
             }
             movie.finish()?;
             write_bytes(&folder.join(MARK), mark.as_bytes())
         });
         self.destination = destination;
-        made.and(failure.map_or(Ok(()), Err))
+        let drawn = failure.map_or(Ok(()), Err);
+        if given_up { drawn } else { made.and(drawn) }
     }
 
     /// Notes that a step is drawn, and says how long the others take.

@@ -3,7 +3,7 @@
 use super::orient::{Lattice, Orientation};
 use crate::exit::Failure;
 use crate::keyframes::{Series, ShapeError, VELOCITY, has_array};
-use crate::output::densities_of;
+use crate::output::{densities_of, middle};
 use crate::report::{ARCHIVE, Said};
 use std::path::{Path, PathBuf};
 
@@ -51,7 +51,7 @@ impl Source {
         let said = Said::of(folder)?;
         let path = folder.join(ARCHIVE);
         let open = |name: &str| Series::open(&path, Some(name), KEY).map_err(|error| unread(folder, &error));
-        let density = open(densities_of(&path))?;
+        let density = open(densities_of(|name| has_array(&path, name)))?;
         let names = VELOCITY.iter().take(said.cells.len());
         let velocity = if names.clone().all(|name| has_array(&path, name)) {
             names.map(|name| open(name)).collect::<Result<_, _>>()?
@@ -194,41 +194,6 @@ impl Source {
     }
 }
 
-/// The mean of the two faces of each cell across `axis`. On a ring the last cell's other face is the first.
-fn middle(faces: &[f64], cells: [usize; 3], counts: [usize; 3], axis: usize) -> Vec<f64> {
-    let strides = [1, counts[0], counts[0] * counts[1]];
-    let mut values = Vec::with_capacity(cells.iter().product());
-    for z in 0..cells[2] {
-        for y in 0..cells[1] {
-            for x in 0..cells[0] {
-                let at = [x, y, z];
-                let place: usize = (0..3).map(|axis| at[axis] * strides[axis]).sum();
-                let beyond = if at[axis] + 1 == counts[axis] {
-                    place - at[axis] * strides[axis]
-                } else {
-                    place + strides[axis]
-                };
-                let of = |place: usize| faces.get(place).copied().unwrap_or(0.0);
-                values.push(0.5 * (of(place) + of(beyond)));
-            }
-        }
-    }
-    values
-}
-
 pub(super) fn unread(folder: &Path, error: &ShapeError) -> Failure {
     error.failure(format!("{}: {error}", folder.display()))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::middle;
-
-    #[test]
-    fn the_middle_is_the_mean_of_two_faces() {
-        let walls = middle(&[0.0, 2.0, 6.0], [2, 1, 1], [3, 1, 1], 0);
-        assert_eq!(walls, [1.0, 4.0]);
-        let ring = middle(&[1.0, 3.0, 5.0, 7.0], [2, 2, 1], [2, 2, 1], 1);
-        assert_eq!(ring, [3.0, 5.0, 3.0, 5.0]);
-    }
 }

@@ -90,14 +90,17 @@ impl Played for Held<'_> {
     }
 
     fn full(&mut self, steps: usize) -> f32 {
-        let (targets, mut samples) = (self.0.keyframe_steps().len(), self.samples());
+        let keyframes = self.0.keyframe_steps();
+        let (targets, seen, mut samples) = (
+            keyframes.len(),
+            strip_steps(steps, &stays(keyframes)),
+            self.samples(),
+        );
         let mut largest = |of| {
             let field = self.field(of, &mut samples);
             field.into_iter().fold(0.0, f32::max)
         };
-        let most = (0..=steps).map(|step| largest(Shown::Density(step)));
-        let most = most.fold(0.0, f32::max);
-        let Ok(full) = full(targets, most, &mut |of| {
+        let Ok(full) = full(targets, seen, None, &mut |of| {
             Ok::<_, core::convert::Infallible>(largest(of))
         });
         full

@@ -1,12 +1,13 @@
 //! The densities of a written `result.npz`, read back one field at a time: pictures need no solver.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use super::OutputError;
+use super::middle::middle;
 use super::render::Body;
 use crate::exit::Failure;
-use crate::keyframes::{Measured, Measurements, has_array, measured};
+use crate::keyframes::{Series, array_names, measured};
 use crate::stay::Stay;
 
 /// What messages call the file.
@@ -22,9 +23,9 @@ const SOLID: &str = "solid";
 /// The ends of the names of vectors' components.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// The array of the archive at `path` that has the densities of its steps.
-pub(crate) fn densities_of(path: &Path) -> &'static str {
-    if !has_array(path, DENSITY) && has_array(path, GIVEN) {
+/// The array that has the densities of the steps, in an archive of which `has` says what it has.
+pub(crate) fn densities_of(has: impl Fn(&str) -> bool) -> &'static str {
+    if !has(DENSITY) && has(GIVEN) {
         GIVEN
     } else {
         DENSITY
@@ -35,17 +36,22 @@ pub(crate) fn densities_of(path: &Path) -> &'static str {
 /// it is not what `report.json` says.
 pub(crate) struct Densities {
     path: PathBuf,
-    /// Those that were asked for so far, by name.
-    arrays: BTreeMap<String, Measurements>,
+    /// What there is, but for arrays of nothing.
+    names: BTreeSet<String>,
+    /// Those that were asked for so far.
+    arrays: BTreeMap<String, Series>,
     /// Cells along x, y (and z).
     pub cells: Vec<usize>,
     /// N.
     pub steps: usize,
     /// The keyframes that are to be shown, ascending.
     pub keyframes: Vec<Pictured>,
-    /// The largest density of all steps, where that is known.
+    /// The largest density of all steps, by the report.
     most: Option<f32>,
 }
+
+/// What is twice as dense as what is drawn as 1 is drawn as no denser.
+const DENSEST: f32 = 2.0;
 
 /// A keyframe of the scene, and where the archive has what is shown of it.
 pub(crate) struct Pictured {
@@ -85,12 +91,13 @@ pub(crate) enum Shown {
     Target(usize),
 }
 
-/// The density that is drawn as 1, of a result with so many `targets`, of which no step has more than `most`: the largest of the source; of a source
-/// without smoke, that of the targets, and where there are none, that of all steps. It is half of that at least, since what is twice as dense as
-/// what is drawn as 1 is drawn as no denser. `largest` finds that of a field.
+/// The density that is drawn as 1, of a result with so many `targets`: the largest of the source; of a source without smoke, that of the targets, and
+/// where there are none, that of all `steps`. It is so large that none of these is cut off. `most` is the largest of all steps where somebody says
+/// so; it is looked for in `steps` where it counts, since an archive may have changed. `largest` finds that of a field.
 pub(crate) fn full<E>(
     targets: usize,
-    most: f32,
+    steps: impl IntoIterator<Item = usize>,
+    most: Option<f32>,
     largest: &mut dyn FnMut(Shown) -> Result<f32, E>,
 ) -> Result<f32, E> {
     let mut full = largest(Shown::Density(0))?;
@@ -99,7 +106,23 @@ pub(crate) fn full<E>(
             full = full.max(largest(Shown::Target(index))?);
         }
     }
-    Ok(if full > 0.0 { full.max(0.5 * most) } else { most })
+    if full > 0.0 && most.is_some_and(|most| most <= DENSEST * full) {
+        return Ok(full);
+    }
+    let mut most = 0.0_f32;
+    for step in steps {
+        most = most.max(largest(Shown::Density(step))?);
+    }
+    Ok(if full > 0.0 {
+        full.max(most / DENSEST)
+    } else {
+        most
+    })
+}
+
+/// The array of a component of vectors.
+fn component(name: &str, axis: usize) -> String {
+    format!("{name}_{}", AXES.get(axis).copied().unwrap_or_default())
 }
 
 impl Densities {
@@ -111,44 +134,52 @@ impl Densities {
         keyframes: Vec<Pictured>,
         most: Option<f64>,
     ) -> Result<Self, OutputError> {
-        // A source without smoke has no targets where there are no keyframes.
-        let has_targets = has_array(path, TARGETS);
+        let names = array_names(path, KEY).map_err(OutputError::unusable)?;
+        let names = BTreeSet::from_iter(names);
+        // Another program may have left the targets out.
+        let has_targets = names.contains(TARGETS);
         let mut densities = Self {
             path: path.to_owned(),
+            names,
             arrays: BTreeMap::new(),
             cells,
             steps,
             keyframes: keyframes.into_iter().filter(|_| has_targets).collect(),
             most: most.map(|most| most as f32),
         };
-        let name = densities_of(path);
+        let name = densities.name();
         let count = densities.array(name)?.count();
         if count != steps + 1 {
             return Err(densities.refuse(&format!(
                 "has {count} entries of `{name}` and a report.json of the steps 0 to {steps}"
             )));
         }
-        densities.density(0)?;
         Ok(densities)
+    }
+
+    /// The array of the densities.
+    fn name(&self) -> &'static str {
+        densities_of(|name| self.names.contains(name))
     }
 
     /// The density of a step, rounded to 32 bits: enough for pictures.
     pub fn density(&mut self, step: usize) -> Result<Vec<f32>, OutputError> {
-        self.field(densities_of(&self.path), step, &self.cells.clone())
+        self.pictured(self.name(), step)
     }
 
     /// A target, rounded to 32 bits.
     pub fn target(&mut self, index: usize) -> Result<Vec<f32>, OutputError> {
-        self.field(TARGETS, index, &self.cells.clone())
+        self.pictured(TARGETS, index)
     }
 
     /// The solid cells as 1, others as 0, if there are any.
     pub fn solid(&mut self) -> Result<Option<Vec<f32>>, OutputError> {
-        if !has_array(&self.path, SOLID) {
+        if !self.names.contains(SOLID) {
             return Ok(None);
         }
         let solid = measured(KEY, &self.path, Some(SOLID)).map_err(OutputError::unusable)?;
-        self.checked(SOLID, solid, &self.cells).map(Some)
+        self.check_shape(SOLID, &solid.shape, &self.cells)?;
+        Ok(Some(solid.values.into_iter().map(|solid| solid as f32).collect()))
     }
 
     /// Their body.
@@ -159,14 +190,8 @@ impl Densities {
 
     /// See [`full`].
     pub fn full(&mut self) -> Result<f32, OutputError> {
-        let most = match self.most {
-            Some(most) => most,
-            None => (0..=self.steps).try_fold(0.0_f32, |most, step| {
-                Ok(self.density(step)?.into_iter().fold(most, f32::max))
-            })?,
-        };
-        self.most = Some(most);
-        full(self.keyframes.len(), most, &mut |of| {
+        let (targets, steps, most) = (self.keyframes.len(), 0..=self.steps, self.most);
+        full(targets, steps, most, &mut |of| {
             let field = match of {
                 Shown::Density(step) => self.density(step)?,
                 Shown::Target(index) => {
@@ -186,7 +211,7 @@ impl Densities {
     /// Whether it has vectors of this name, as `velocity` or `force`.
     pub fn has_vectors(&self, name: &str) -> bool {
         let mut axes = AXES.iter().take(self.cells.len());
-        axes.all(|axis| has_array(&self.path, &format!("{name}_{axis}")))
+        axes.all(|axis| self.names.contains(&format!("{name}_{axis}")))
     }
 
     /// Component `axis` of a step of the vectors `name`, where they are.
@@ -198,8 +223,8 @@ impl Densities {
         places: &Places,
     ) -> Result<Vec<f32>, OutputError> {
         let counts = places.counts(&self.cells, axis);
-        let axis = AXES.get(axis).copied().unwrap_or_default();
-        self.field(&format!("{name}_{axis}"), step, &counts)
+        let read = self.field(&component(name, axis), step, &counts)?;
+        Ok(read.into_iter().map(|value| value as f32).collect())
     }
 
     /// The vectors `name` of a step at the centres of the cells: of those on faces, the mean of the two of each cell.
@@ -209,59 +234,64 @@ impl Densities {
         step: usize,
         places: &Places,
     ) -> Result<Vec<[f32; D]>, OutputError> {
-        let mut vectors = vec![[0.0; D]; self.cells.iter().product()];
+        let in_space = |counts: &[usize]| core::array::from_fn(|axis| counts.get(axis).copied().unwrap_or(1));
+        let cells = in_space(&self.cells);
+        let mut vectors = vec![[0.0; D]; cells.iter().product()];
         for axis in 0..D {
-            let read = self.vectors(name, axis, step, places)?;
-            if places.centred {
-                for (vector, value) in vectors.iter_mut().zip(read) {
-                    vector[axis] = value;
-                }
-                continue;
+            let counts = places.counts(&self.cells, axis);
+            let mut values = self.field(&component(name, axis), step, &counts)?;
+            if !places.centred {
+                values = middle(&values, cells, in_space(&counts), axis);
             }
-            // Cells before `axis`, along it, and faces along it.
-            let stride: usize = self.cells.iter().take(axis).product();
-            let (along, faces) = (self.cells[axis], self.cells[axis] + places.beyond[axis]);
-            for (cell, vector) in vectors.iter_mut().enumerate() {
-                let (before, at, after) = (cell % stride, cell / stride % along, cell / (stride * along));
-                let face = |at: usize| read.get((after * faces + at % faces) * stride + before);
-                let ends = [face(at), face(at + 1)];
-                vector[axis] = 0.5 * ends.into_iter().flatten().sum::<f32>();
+            for (vector, value) in vectors.iter_mut().zip(values) {
+                vector[axis] = value as f32;
             }
         }
         Ok(vectors)
     }
 
-    fn array(&mut self, name: &str) -> Result<&Measurements, OutputError> {
-        if !self.arrays.contains_key(name) {
-            let opened = Measurements::open(KEY, &self.path, Some(name)).map_err(OutputError::unusable)?;
-            self.arrays.insert(name.to_owned(), opened);
-        }
-        self.arrays.get(name).ok_or_else(|| self.refuse("cannot be read"))
+    /// A field of cells, rounded to 32 bits.
+    fn pictured(&mut self, name: &str, index: usize) -> Result<Vec<f32>, OutputError> {
+        let cells = self.cells.clone();
+        let read = self.field(name, index, &cells)?;
+        Ok(read.into_iter().map(|value| value as f32).collect())
     }
 
-    /// Entry `index` of an array whose entries are fields of `counts` numbers along x, y (and z).
-    fn field(&mut self, name: &str, index: usize, counts: &[usize]) -> Result<Vec<f32>, OutputError> {
+    fn array(&mut self, name: &str) -> Result<&mut Series, OutputError> {
+        if !self.arrays.contains_key(name) {
+            let opened = Series::open(&self.path, Some(name), KEY).map_err(OutputError::unusable)?;
+            self.arrays.insert(name.to_owned(), opened);
+        }
+        let missing = self.refuse("cannot be read");
+        self.arrays.get_mut(name).ok_or(missing)
+    }
+
+    /// Entry `index` of an array whose entries are fields of `counts` numbers along x, y (and z), all of which single precision holds.
+    fn field(&mut self, name: &str, index: usize, counts: &[usize]) -> Result<Vec<f64>, OutputError> {
         let array = self.array(name)?;
-        let count = array.count();
+        let (count, shape) = (array.count(), array.shape().to_vec());
         if index >= count {
             return Err(self.refuse(&format!(
                 "has {count} entries of `{name}`, and number {index} is needed"
             )));
         }
-        let read = array.read(index).map_err(OutputError::unusable)?;
-        self.checked(name, read, counts)
+        self.check_shape(name, &shape, counts)?;
+        let read = self.array(name)?.read(index).map_err(OutputError::unusable)?;
+        match read.iter().find(|&&value| !(value as f32).is_finite()) {
+            None => Ok(read),
+            Some(value) => Err(self.refuse(&format!("holds {value:e} in entry {index} of `{name}`"))),
+        }
     }
 
-    /// The numbers of a field of `counts` along x, y (and z).
-    fn checked(&self, name: &str, read: Measured, counts: &[usize]) -> Result<Vec<f32>, OutputError> {
+    /// Refuses entries of another shape than that of `counts` numbers along x, y (and z).
+    fn check_shape(&self, name: &str, found: &[usize], counts: &[usize]) -> Result<(), OutputError> {
         let shape: Vec<usize> = counts.iter().rev().copied().collect();
-        if read.shape != shape {
-            return Err(self.refuse(&format!(
-                "has `{name}` of {:?} and a report.json by which that is of {shape:?}",
-                read.shape
-            )));
+        if found == shape {
+            return Ok(());
         }
-        Ok(read.values.into_iter().map(|value| value as f32).collect())
+        Err(self.refuse(&format!(
+            "has `{name}` of {found:?} and a report.json by which that is of {shape:?}"
+        )))
     }
 
     fn refuse(&self, found: &str) -> OutputError {
@@ -278,23 +308,25 @@ mod tests {
 
     #[test]
     fn what_is_drawn_as_full_is_the_source_unless_smoke_becomes_twice_as_dense() {
-        // Of the source, of targets, of all steps.
-        for (source, targets, most, expected) in [
-            (1.0, &[1.4][..], 1.3, 1.0),
-            (1.0, &[], 2.0, 1.0),
-            (1.0, &[], 3.0, 1.5),
-            (0.02, &[], 1.0, 0.5),
-            (0.0, &[0.5, 0.8], 1.2, 0.8),
-            (0.0, &[], 1.6, 1.6),
-            (0.0, &[], 0.0, 0.0),
+        // Of the source, of targets, of the other steps, by the report.
+        for (source, targets, later, said, expected) in [
+            (1.0, &[1.4][..], 1.3, Some(1.3), 1.0),
+            (1.0, &[], 2.0, None, 1.0),
+            (1.0, &[], 3.0, Some(3.0), 1.5),
+            // What the report says of smoke that is no longer there.
+            (1.0, &[], 0.5, Some(3.0), 1.0),
+            (0.02, &[], 1.0, Some(1.0), 0.5),
+            (0.0, &[0.5, 0.8], 1.2, None, 0.8),
+            (0.0, &[], 1.6, Some(9.0), 1.6),
+            (0.0, &[], 0.0, None, 0.0),
         ] {
-            let Ok(found) = full(targets.len(), most, &mut |of| {
+            let Ok(found) = full(targets.len(), 0..=1, said, &mut |of| {
                 Ok::<_, core::convert::Infallible>(match of {
-                    Shown::Density(step) => [source][step],
+                    Shown::Density(step) => [source, later][step],
                     Shown::Target(index) => targets[index],
                 })
             });
-            assert_eq!(found, expected, "{source}, {targets:?}, {most}");
+            assert_eq!(found, expected, "{source}, {targets:?}, {later}, {said:?}");
         }
     }
 }

@@ -13,6 +13,7 @@ mod frames;
 mod gallery;
 mod lines;
 mod lists;
+mod middle;
 mod movie;
 mod npz;
 mod picture;
@@ -33,6 +34,7 @@ pub(crate) use file::{create_folder, sync_file, sync_folder, write_bytes, write_
 pub(crate) use gallery::{ANIMATION, Gallery, KeyframePictures, frame, strip_steps};
 pub(crate) use lines::Vectors;
 pub(crate) use lists::{List, Values, write_lists};
+pub(crate) use middle::middle;
 pub(crate) use movie::Movie;
 pub(crate) use npz::write_npz;
 pub(crate) use picture::{Colours, Picture};

@@ -1,6 +1,5 @@
 //! Films: made by ffmpeg where there is one, or animated WebP.
 
-use std::fs;
 use std::io::{self, BufRead, BufReader, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, Stdio};
@@ -55,15 +54,10 @@ impl Movie {
         }
     }
 
-    /// Leaves no film.
-    pub fn give_up(self) -> Result<(), OutputError> {
-        let path = match self {
-            Self::Encoded(film) => film.stop(),
-            Self::Animated(film) => film.stop(),
-        };
-        match fs::remove_file(&path) {
-            Err(error) if error.kind() != ErrorKind::NotFound => Err(OutputError::of(&path)(error)),
-            _ => Ok(()),
+    /// Writes no more. What there is of it is nobody's.
+    pub fn give_up(self) {
+        if let Self::Encoded(film) = self {
+            film.stop();
         }
     }
 }
@@ -151,12 +145,11 @@ impl Encoded {
         )))
     }
 
-    /// Ends the encoder, whatever it has; where the film was to be.
-    fn stop(mut self) -> PathBuf {
+    /// Ends the encoder, whatever it has.
+    fn stop(mut self) {
         drop(self.encoder.stdin.take());
         // It is of no use any more.
         let _ = self.encoder.kill();
         let _ = self.encoder.wait();
-        self.path
     }
 }

@@ -98,11 +98,6 @@ impl Animated {
         Ok(())
     }
 
-    /// Writes no more; where the film was to be.
-    pub fn stop(self) -> PathBuf {
-        self.path
-    }
-
     /// Ends the film.
     pub fn finish(mut self) -> Result<(), OutputError> {
         let ended = self.file.stream_position().and_then(|end| {

@@ -34,8 +34,8 @@ impl Origin {
     pub fn scenes(&self, scale: usize, file: Option<&Path>) -> Result<[Scene; 2], Failure> {
         if let Some(kind) = self.report.get("kind").and_then(Value::as_str) {
             let folder = quoted_path(&self.folder);
-            return Err(self.refuse(scale, &format!(
-                "is that of {kind}, which no scene made; write `thurible upsample {folder} --factor {scale}`, and draw what that leaves"
+            return Err(Failure::Input(format!(
+                "--scale {scale}: {folder} was made by {kind}, not from a scene whose source can be drawn on finer cells; write `thurible upsample {folder} --factor {scale}`, and draw what that leaves"
             )));
         }
         let text = self.report.get("scene").and_then(Value::as_str);

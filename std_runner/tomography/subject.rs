@@ -93,8 +93,11 @@ impl Subject {
     pub fn density(&self, frame: usize) -> Result<Vec<f32>, Failure> {
         let Measured { values, shape, .. } = self.held.read(frame).map_err(failed)?;
         let told = |found: String, remedy: &str| {
-            let (path, array) = (self.path().display(), self.held.name().unwrap_or_default());
-            Failure::Input(format!("{path}, {array}[{frame}] {found}; {remedy}"))
+            let array = self.held.name().map_or(String::new(), |name| format!(", {name}"));
+            Failure::Input(format!(
+                "{}{array}[{frame}] {found}; {remedy}",
+                self.path().display()
+            ))
         };
         // Transport may undershoot; a camera sees no less than nothing.
         if let Some(found) = Undershoot::of(&values).filter(|found| !found.is_small()) {

@@ -248,14 +248,14 @@ fn what_another_program_made_of_a_result_is_drawn_or_refused() {
     let whole = fs::read(film.join("render.webp")).unwrap();
     let density = |name: &str| name == "density";
     let cells: usize = arrays["density"].shape[1..].iter().product();
-    let changes: [(Change<'_>, &str); 4] = [
+    let changes: [(Change<'_>, &str); 5] = [
         (
             &|name, _, values| {
                 if density(name) {
                     values[3 * cells + 5] = f64::NAN
                 }
             },
-            "holds NaN",
+            "holds NaN in entry 3 of `density`",
         ),
         (
             &|name, _, values| {
@@ -264,6 +264,15 @@ fn what_another_program_made_of_a_result_is_drawn_or_refused() {
                 }
             },
             "holds inf",
+        ),
+        // More than single precision holds.
+        (
+            &|name, _, values| {
+                if density(name) {
+                    values[5] = 1e41
+                }
+            },
+            "holds 1e41 in entry 0 of `density`",
         ),
         (
             &|name, shape, values| {
@@ -290,6 +299,14 @@ fn what_another_program_made_of_a_result_is_drawn_or_refused() {
         assert!(ended.err.contains(words), "{}", ended.err);
         assert_eq!(fs::read(film.join("render.webp")).unwrap(), whole, "{words}");
     }
+    // A folder that was to have a film, of which there is no picture, may still have one.
+    let new = result.with_file_name("render_changed_new");
+    let filmed = ["-o", text(&new), "--format", "webp"];
+    assert_eq!(render(&filmed).code, 2);
+    save(&|_, _, _| {});
+    let ended = render(&filmed);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    assert_eq!(fs::read(new.join("render.webp")).unwrap(), whole);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::grain::Drift;
 
-/// Densities as they are drawn, 1 where the source is densest. In 2D there is one cell along y, and z is up.
+/// Densities as they are drawn, in parts of what is drawn as full. In 2D there is one cell along y, and z is up.
 pub struct Smoke {
     /// Along x, y and z.
     pub(super) cells: [usize; 3],
