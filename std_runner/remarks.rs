@@ -214,7 +214,7 @@ pub fn faint(problem: &Problem<'_>, factors: &[f64], names: &Names) -> Option<St
     let keyframes = problem.keyframes.iter().zip(factors);
     let (step, &factor) = keyframes.min_by(|(_, one), (_, other)| one.total_cmp(other))?;
     let may_differ = problem.is_open() || !problem.emitters.is_empty();
-    (problem.match_mass && may_differ && factor < FAINT).then(|| {
+    (may_differ && factor < FAINT).then(|| {
         format!(
             "the keyframe at step {step} has {} of its mass, since no more smoke is there by then where nothing steers; {} asks for all of it",
             percent(factor),
@@ -489,11 +489,6 @@ mod tests {
             left.starts_with("the keyframe at step 20 has 2.8 % of its mass"),
             "{left}"
         );
-        let kept = Problem {
-            match_mass: false,
-            ..problem
-        };
-        assert_eq!(faint(&kept, &[0.028, 1.0], &OF_SCENES), None);
     }
 
     #[test]

@@ -805,3 +805,31 @@ fn keyframe_errors_are_those_of_the_region() {
         assert!(error < 1e-2, "{name}: {error}");
     }
 }
+
+/// Where nothing steers the smoke leaves, and the keyframe is given what is left of it.
+#[test]
+fn a_keyframe_of_which_a_free_flow_leaves_little_is_told() {
+    let scene = "[grid]\ncells = [16, 16]\nboundary = \"open\"\n[time]\nsteps = 20\n[flow]\nbuoyancy = 2e-2\n[source]\ncircle = { center = [0.5, 0.8], radius = 0.15 }\n[[keyframe]]\nstep = 18\ncircle = { center = [0.5, 0.5], radius = 0.15 }\n[method]\niterations = 2\n[output]\nframes = false\n";
+    let [folder, path] = written("effects_faint", scene);
+    let out = folder.join("out");
+    let [scene, result] = [&path, &out].map(|path| path.to_str().unwrap());
+    well(&["solve", scene, "--quiet", "-o", result]);
+    let said = json(&out.join("report.json"))["remarks"].to_string();
+    let faint = "of its mass, since no more smoke is there by then where nothing steers";
+    assert!(
+        said.contains("the keyframe at step 18 has ") && said.contains(faint),
+        "{said}"
+    );
+    well(&[
+        "solve",
+        scene,
+        "--quiet",
+        "--force",
+        "-o",
+        result,
+        "--set",
+        "control.match_mass=false",
+    ]);
+    let said = json(&out.join("report.json"))["remarks"].to_string();
+    assert!(!said.contains(faint), "{said}");
+}
