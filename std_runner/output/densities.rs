@@ -1,11 +1,12 @@
 //! The densities of a written `result.npz`, read back one field at a time: pictures need no solver.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
+use std::collections::btree_map::{BTreeMap, Entry};
 use std::path::{Path, PathBuf};
 
 use super::OutputError;
 use super::middle::middle;
-use super::render::Body;
+use super::render::{Body, DENSEST};
 use crate::exit::Failure;
 use crate::keyframes::{Series, array_names, measured};
 use crate::stay::Stay;
@@ -49,9 +50,6 @@ pub(crate) struct Densities {
     /// The largest density of all steps, by the report.
     most: Option<f32>,
 }
-
-/// What is twice as dense as what is drawn as 1 is drawn as no denser.
-const DENSEST: f32 = 2.0;
 
 /// A keyframe of the scene, and where the archive has what is shown of it.
 pub(crate) struct Pictured {
@@ -125,6 +123,11 @@ fn component(name: &str, axis: usize) -> String {
     format!("{name}_{}", AXES.get(axis).copied().unwrap_or_default())
 }
 
+/// As many numbers in single precision: enough for pictures.
+fn rounded(values: Vec<f64>) -> Vec<f32> {
+    values.into_iter().map(|value| value as f32).collect()
+}
+
 impl Densities {
     /// Opens `path`, which holds densities 0 ..= `steps`, none above `most` where that is known, and the targets of `keyframes`.
     pub fn open(
@@ -179,7 +182,7 @@ impl Densities {
         }
         let solid = measured(KEY, &self.path, Some(SOLID)).map_err(OutputError::unusable)?;
         self.check_shape(SOLID, &solid.shape, &self.cells)?;
-        Ok(Some(solid.values.into_iter().map(|solid| solid as f32).collect()))
+        Ok(Some(rounded(solid.values)))
     }
 
     /// Their body.
@@ -210,8 +213,7 @@ impl Densities {
 
     /// Whether it has vectors of this name, as `velocity` or `force`.
     pub fn has_vectors(&self, name: &str) -> bool {
-        let mut axes = AXES.iter().take(self.cells.len());
-        axes.all(|axis| self.names.contains(&format!("{name}_{axis}")))
+        (0..self.cells.len()).all(|axis| self.names.contains(&component(name, axis)))
     }
 
     /// Component `axis` of a step of the vectors `name`, where they are.
@@ -223,16 +225,16 @@ impl Densities {
         places: &Places,
     ) -> Result<Vec<f32>, OutputError> {
         let counts = places.counts(&self.cells, axis);
-        let read = self.field(&component(name, axis), step, &counts)?;
-        Ok(read.into_iter().map(|value| value as f32).collect())
+        self.field(&component(name, axis), step, &counts).map(rounded)
     }
 
-    /// The vectors `name` of a step at the centres of the cells: of those on faces, the mean of the two of each cell.
+    /// The vectors `name` of a step at the centres of the cells, times `scale`: of those on faces, the mean of the two of each cell.
     pub fn at_centres<const D: usize>(
         &mut self,
         name: &str,
         step: usize,
         places: &Places,
+        scale: f32,
     ) -> Result<Vec<[f32; D]>, OutputError> {
         let in_space = |counts: &[usize]| core::array::from_fn(|axis| counts.get(axis).copied().unwrap_or(1));
         let cells = in_space(&self.cells);
@@ -244,7 +246,7 @@ impl Densities {
                 values = middle(&values, cells, in_space(&counts), axis);
             }
             for (vector, value) in vectors.iter_mut().zip(values) {
-                vector[axis] = value as f32;
+                vector[axis] = scale * value as f32;
             }
         }
         Ok(vectors)
@@ -253,17 +255,17 @@ impl Densities {
     /// A field of cells, rounded to 32 bits.
     fn pictured(&mut self, name: &str, index: usize) -> Result<Vec<f32>, OutputError> {
         let cells = self.cells.clone();
-        let read = self.field(name, index, &cells)?;
-        Ok(read.into_iter().map(|value| value as f32).collect())
+        self.field(name, index, &cells).map(rounded)
     }
 
     fn array(&mut self, name: &str) -> Result<&mut Series, OutputError> {
-        if !self.arrays.contains_key(name) {
-            let opened = Series::open(&self.path, Some(name), KEY).map_err(OutputError::unusable)?;
-            self.arrays.insert(name.to_owned(), opened);
+        match self.arrays.entry(name.to_owned()) {
+            Entry::Occupied(opened) => Ok(opened.into_mut()),
+            Entry::Vacant(place) => {
+                let opened = Series::open(&self.path, Some(name), KEY).map_err(OutputError::unusable)?;
+                Ok(place.insert(opened))
+            }
         }
-        let missing = self.refuse("cannot be read");
-        self.arrays.get_mut(name).ok_or(missing)
     }
 
     /// Entry `index` of an array whose entries are fields of `counts` numbers along x, y (and z), all of which single precision holds.

@@ -45,12 +45,9 @@ impl Plane<'_> {
         core::array::from_fn(|axis| self.densities.cells.get(axis).copied().unwrap_or(1))
     }
 
-    /// A field at the centres of the cells.
+    /// A field at the centres of the cells, times `scale`.
     fn field(&mut self, of: Vectors, step: usize, scale: f32) -> Result<Field, OutputError> {
-        let mut values = self.densities.at_centres(of.name(), step, self.places)?;
-        for component in values.iter_mut().flatten() {
-            *component *= scale;
-        }
+        let values = self.densities.at_centres(of.name(), step, self.places, scale)?;
         let cells = self.cells();
         Ok(Field { cells, values })
     }

@@ -176,11 +176,8 @@ impl Reel {
         let mut now = drift.take().unwrap_or_else(|| Drift::new([nx, ny, nz]));
         now.begin_at(now.step().max(Drift::begins(step)));
         while now.step() < step {
-            let name = Vectors::Velocity.name();
-            let mut flow = self.densities.at_centres(name, now.step(), &self.flow.places)?;
-            for component in flow.iter_mut().flatten() {
-                *component *= self.flow.scale;
-            }
+            let (name, Flow { places, scale, .. }) = (Vectors::Velocity.name(), &self.flow);
+            let flow = self.densities.at_centres(name, now.step(), places, *scale)?;
             now.follow(&flow);
         }
         self.drift = Some(now.clone());

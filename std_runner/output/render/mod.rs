@@ -26,7 +26,7 @@ pub(crate) use arrows::{Field, side as arrow_side};
 pub(crate) use camera::Angles;
 pub(crate) use deep::Shot;
 pub(crate) use grain::Drift;
-pub(crate) use smoke::{Body, Smoke};
+pub(crate) use smoke::{Body, DENSEST, Smoke};
 pub(crate) use streaks::Streaks;
 
 use rayon::prelude::*;

@@ -22,6 +22,9 @@ pub struct Smoke {
 #[derive(Clone)]
 pub struct Body(pub(super) Arc<[f32]>);
 
+/// What is so many times as dense as what is drawn as full, or denser, is drawn alike.
+pub(crate) const DENSEST: f32 = 2.0;
+
 /// Solid cells are blurred so often.
 const BLURS: usize = 2;
 
@@ -72,7 +75,7 @@ impl Smoke {
         let scale = if full > 0.0 { 1.0 / full } else { 1.0 };
         let drawn = |value: f32| {
             if value.is_finite() {
-                (value * scale).clamp(-2.0, 2.0)
+                (value * scale).clamp(-DENSEST, DENSEST)
             } else {
                 0.0
             }
