@@ -29,6 +29,21 @@ pub fn taylor(what: &str, first: f64, slope: f64, value: impl Fn(f64) -> f64) {
     }
 }
 
+/// Cells and ends of the boxes in which a step is looked at.
+const BOXES: [(&[usize], &str); 5] = [
+    (&[10, 8], "ww"),
+    (&[7, 9], "pw"),
+    (&[6, 6], "pp"),
+    (&[5, 4, 6], "www"),
+    (&[4, 6, 5], "pwp"),
+];
+
+/// A random direction, in which a cell is gone through in a time of 1.
+fn direction(random: &mut Random, grid: &Grid) -> Components<f64> {
+    let d = random.faces(grid, 1);
+    d.map(|c| c.iter().map(|x: &f64| x * grid.h[0]).collect())
+}
+
 /// A random flow of the Courant number `courant`, no face of which is near rest.
 pub fn moving(random: &mut Random, grid: &Grid, courant: f64) -> Components<f64> {
     let v = random.moving_faces(grid, 1);
@@ -43,13 +58,7 @@ type Check<'a> = dyn Fn(&str, f64, &dyn Fn(f64) -> f64) + 'a;
 /// `check` is told what it is about, the derivative by the adjoint, and the function.
 fn step_gradients(scheme: Scheme, check: &Check<'_>) {
     let mut random = Random::new(21);
-    for (cells, ends) in [
-        (&[10, 8][..], "ww"),
-        (&[7, 9], "pw"),
-        (&[6, 6], "pp"),
-        (&[5, 4, 6], "www"),
-        (&[4, 6, 5], "pwp"),
-    ] {
+    for (cells, ends) in BOXES {
         let grid = grid(cells, ends);
         // At 10.5 limited sub-steps of Courant number 1/2 are just full: one more is there beside.
         let fastest = if scheme == Scheme::Limited { 10.4 } else { 10.5 };
@@ -59,9 +68,7 @@ fn step_gradients(scheme: Scheme, check: &Check<'_>) {
                 random.density(&grid),
                 random.cells(&grid, 1),
             );
-            let d = random
-                .faces(&grid, 1)
-                .map(|c| c.iter().map(|x: &f64| x * grid.h[0]).collect());
+            let d = direction(&mut random, &grid);
             // No term is ever below this cut, so the number of terms does not change with t.
             for longest in [1.0, 3.0] {
                 let carry = Carry::new(&grid, scheme, 1e-200).in_substeps_of(longest);
@@ -154,9 +161,7 @@ fn even_smoke_is_not_passed_over() {
     for (cells, ends) in [(&[6, 40][..], "pp"), (&[5, 4, 40], "ppp")] {
         let grid = grid(cells, ends);
         let mu = random.cells(&grid, 1);
-        let d = random
-            .faces(&grid, 1)
-            .map(|c| c.iter().map(|x: &f64| x * grid.h[0]).collect());
+        let d = direction(&mut random, &grid);
         let v = flow::uniform(&grid, [0.3 * grid.h[0], 0.9 * grid.h[0], 0.4 * grid.h[0]]);
         let last = grid.dims - 1;
         let along = |cell: usize| grid.row_at(cell / grid.n[0])[last - 1];
@@ -191,18 +196,10 @@ fn velocity_gradient_of_semi_lagrangian() {
 #[test]
 fn velocity_gradient_of_semi_lagrangian_at_rest() {
     let mut random = Random::new(33);
-    for (cells, ends) in [
-        (&[10, 8][..], "ww"),
-        (&[7, 9], "pw"),
-        (&[6, 6], "pp"),
-        (&[5, 4, 6], "www"),
-        (&[4, 6, 5], "pwp"),
-    ] {
+    for (cells, ends) in BOXES {
         let grid = grid(cells, ends);
         let (rho, mu): (Vec<f64>, _) = (random.density(&grid), random.cells(&grid, 1));
-        let d = random
-            .faces(&grid, 1)
-            .map(|c| c.iter().map(|x: &f64| x * grid.h[0]).collect());
+        let d = direction(&mut random, &grid);
         let carry = Carry::new(&grid, Scheme::SemiLagrangian, 1e-200);
         let rest = zeros(&grid, 1);
         let (_, gradient) = carry.backward(&rest, &rho, &mu).unwrap();
