@@ -365,7 +365,8 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    fn with(&self, covectors: &Covectors) -> f64 {
+    /// The inner product with covectors.
+    pub fn with(&self, covectors: &Covectors) -> f64 {
         let density: f64 = self
             .density
             .iter()

@@ -5,7 +5,8 @@
 //!
 //! A face that is pushed has x <- (1 - e) x + e (V - v) for one emitter after the other, from x = 0, with e = min(1, E_low, E_high): see
 //! [`jets`](super::jets). So with z the covector of the acceleration, P the product of 1 - e of those after it and x what those before it did,
-//! V gets e P z, and e gets (V - v - x) P z, which goes to the cell that e is of: to none where e is 1.
+//! V gets e P z, and e gets (V - v - x) P z, which goes to the cell that e is of: to none where both are above 1. Where two of the three are equal a cell gets
+//! half, the mean of both sides of that kink.
 
 use super::Script;
 use super::jets::Jets;
@@ -15,6 +16,7 @@ use crate::field::rows::part_mut;
 use crate::grid::solids::closed;
 use crate::grid::{Grid, Side};
 use crate::real::Real;
+use core::cmp::Ordering;
 
 /// Numbers of an emitter: its rate or target, and its velocity.
 pub const NUMBERS: usize = 4;
@@ -102,11 +104,20 @@ impl<'a, T: Real> Script<'a, T> {
     }
 }
 
-/// What an emitter does to a face: what e and V get where the covector is 1, and in which of the two cells e is least.
+/// What an emitter does to a face where the covector is 1: what e and V get, and what part of e's both of its cells do.
 struct Pushed {
     by_part: f64,
     by_velocity: f64,
-    of: Option<Side>,
+    shares: [f64; 2],
+}
+
+/// The derivative of min(1, `own`, `other`) by `own`; the mean of both sides where they differ, which central differences give too.
+fn share(own: f64, other: f64) -> f64 {
+    match own.partial_cmp(&other.min(1.0)) {
+        Some(Ordering::Less) => 1.0,
+        Some(Ordering::Equal) => 0.5,
+        _ => 0.0,
+    }
 }
 
 impl<T: Real> Jets<'_, T> {
@@ -139,7 +150,7 @@ impl<T: Real> Jets<'_, T> {
             Pushed {
                 by_part: 0.0,
                 by_velocity: 0.0,
-                of: None,
+                shares: [0.0; 2],
             },
         );
         for (other, shape, along) in self.script.jets(slot, self.grid.cells()) {
@@ -147,11 +158,10 @@ impl<T: Real> Jets<'_, T> {
             let e = 1.0_f64.min(low).min(high);
             let goes = along.get(axis).copied().unwrap_or(0.0) - v;
             if other == index {
-                let of = if low <= high { Side::Low } else { Side::High };
                 pushed = Pushed {
                     by_part: goes - x,
                     by_velocity: e,
-                    of: (low < 1.0 || high < 1.0).then_some(of),
+                    shares: [share(low, high), share(high, low)],
                 };
             } else {
                 pushed.by_part *= 1.0 - e;
@@ -186,23 +196,25 @@ impl<T: Real> Jets<'_, T> {
                     task.sums.fill(0.0);
                     for (x, gradient) in shapes.iter_mut().enumerate() {
                         for axis in 0..grid.dims {
-                            let mut face = |row: usize, place: usize, own: Side| {
+                            // `own` is the place of this cell among the two of the face.
+                            let mut face = |row: usize, place: usize, own: usize| {
                                 let Some(cells) = self.cells_at(axis, row, place) else {
                                     return 0.0;
                                 };
                                 let (z, v) = (at(z, axis, row * n + place), at(v, axis, row * n + place));
                                 let pushed = self.pushed(slot, index, cells, axis, v);
-                                if pushed.of == Some(own) {
-                                    *gradient += T::from_f64(z * pushed.by_part);
+                                let share = pushed.shares.get(own).copied().unwrap_or(0.0);
+                                if share > 0.0 {
+                                    *gradient += T::from_f64(z * pushed.by_part * share);
                                 }
                                 z * pushed.by_velocity
                             };
-                            let of_low = face(task.row, x, Side::High);
+                            let of_low = face(task.row, x, 1);
                             if let Some(sum) = task.sums.get_mut(axis) {
                                 *sum += of_low;
                             }
                             if let Some([row, place]) = self.face_above(axis, task.row, x) {
-                                face(row, place, Side::Low);
+                                face(row, place, 0);
                             }
                         }
                     }
