@@ -67,29 +67,30 @@ impl<'a, T: Real> Level<'a, T> {
         ]
     }
 
-    /// Takes its workspace from a pool; `levels` holds the grid alone.
+    /// Takes its workspace from a pool, on grid `depth` of `levels`, if there is one.
     pub fn carve(
-        levels: &'a Levels<'_, T>,
+        (levels, depth): (&'a Levels<'_, T>, usize),
         params: &FlowParams,
         threads: usize,
         pool: &mut Pool<'a, T>,
-    ) -> Self {
-        let grid = &levels.finest;
+    ) -> Option<Self> {
+        let grid = levels.grids.get(depth)?;
         let cells = grid.cells();
-        pool.group("a level of the pyramid", Sharing::Together, |pool| Self {
+        let level = pool.group("a level of the pyramid", Sharing::Together, |pool| Self {
             grid,
             params: *params,
             threads,
             projection: params
                 .is_hard()
-                .then(|| Projection::carve(levels, 0, 1, threads, pool)),
+                .then(|| Projection::carve(levels, depth, 1, threads, pool)),
             flow: pool.take_vector("estimate", grid.dims, cells),
             g: pool.take_vector("gradient of the mean frame", grid.dims, cells),
             change: pool.take("warped frame and change", cells),
             cells: pool.take("F w", cells),
             turn: pool.take_longest("in turn", &Self::turn_len(grid, params, threads)),
             scratch: pool.take("rows", data::scratch_len(grid, threads)),
-        })
+        });
+        Some(level)
     }
 
     /// The estimate from the flow on a coarser grid, which begins as 0.

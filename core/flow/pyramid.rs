@@ -107,8 +107,8 @@ pub struct Pyramid<'m, T> {
 
 /// What a flow between two frames is found with.
 pub struct Search<'s, 'm, T> {
-    /// The grids, finest first, each alone.
-    pub levels: &'s [Levels<'m, T>],
+    /// The grids, finest first.
+    pub levels: &'s Levels<'m, T>,
     /// What is chosen.
     pub params: &'s FlowParams,
     /// Threads that scratch was planned for.
@@ -139,19 +139,21 @@ impl<T: Real> Search<'_, '_, T> {
             pyramid,
             sums,
         } = self;
-        descend(exec, (levels, params, *threads), frames, pyramid, region);
+        descend(exec, (&levels.grids, params, *threads), frames, pyramid, region);
         let mut efforts = Efforts::new();
-        efforts.resize(levels.len(), 0).unwrap_or(());
-        for depth in (1..levels.len()).rev() {
-            let Some(level) = levels.get(depth) else { continue };
-            let mut level = Level::carve(level, params, *threads, &mut Pool::new(&mut *region));
-            let coarser = levels
-                .get(depth + 1)
-                .map(|grid| (&grid.finest, view(&pyramid.coarse)));
+        let grids = &levels.grids;
+        efforts.resize(grids.len(), 0).unwrap_or(());
+        for depth in (1..grids.len()).rev() {
+            let Some(mut level) =
+                Level::carve((levels, depth), params, *threads, &mut Pool::new(&mut *region))
+            else {
+                continue;
+            };
+            let coarser = grids.get(depth + 1).map(|grid| (grid, view(&pyramid.coarse)));
             level.estimate(exec, observer, coarser, sums)?;
             let own = pyramid.frames.get(depth - 1);
             let own = own.map_or([&[][..]; 2], |[first, second]| [&**first, &**second]);
-            let begins = depth + 1 == levels.len();
+            let begins = depth + 1 == grids.len();
             let products = level.correct(exec, observer, own, begins, None, sums)?;
             efforts
                 .iter_mut()
@@ -162,12 +164,12 @@ impl<T: Real> Search<'_, '_, T> {
                 rows::part_mut(to, 0..from.len()).copy_from_slice(from);
             }
         }
-        let finest = levels.first().ok_or(Stop::Cancelled)?;
-        let mut level = Level::carve(finest, params, *threads, &mut Pool::new(region));
-        let coarser = levels.get(1).map(|grid| (&grid.finest, view(&pyramid.coarse)));
+        let level = Level::carve((levels, 0), params, *threads, &mut Pool::new(region));
+        let mut level = level.ok_or(Stop::Cancelled)?;
+        let coarser = grids.get(1).map(|grid| (grid, view(&pyramid.coarse)));
         level.estimate(exec, observer, coarser, sums)?;
         let mut terms = Terms::default();
-        let begins = levels.len() == 1;
+        let begins = grids.len() == 1;
         let products = level.correct(exec, observer, frames, begins, Some(&mut terms), sums)?;
         efforts.iter_mut().take(1).for_each(|effort| *effort = products);
         Ok((level, terms, efforts))
@@ -177,12 +179,12 @@ impl<T: Real> Search<'_, '_, T> {
 /// Brings both frames to the coarser grids.
 fn descend<T: Real>(
     exec: &dyn Exec,
-    (levels, params, threads): (&[Levels<'_, T>], &FlowParams, usize),
+    (grids, params, threads): (&[Grid], &FlowParams, usize),
     frames: [&[T]; 2],
     pyramid: &mut Pyramid<'_, T>,
     region: &mut [T],
 ) {
-    for (depth, pair) in levels.windows(2).enumerate() {
+    for (depth, pair) in grids.windows(2).enumerate() {
         let [fine, coarse] = pair else { continue };
         let (known, next) = pyramid.frames.split_at_mut(depth);
         let Some(next) = next.first_mut() else { continue };
@@ -194,27 +196,24 @@ fn descend<T: Real>(
             let Some(from) = above.or_else(|| frames.get(which).copied()) else {
                 continue;
             };
-            let descent = Descent::carve(&fine.finest, params, threads, &mut Pool::new(&mut *region));
-            descent.go(exec, &coarse.finest, from, to);
+            let descent = Descent::carve(fine, params, threads, &mut Pool::new(&mut *region));
+            descent.go(exec, coarse, from, to);
         }
     }
 }
 
 /// Counts what [`Search::find`] uses in turn.
-pub fn measure<T: Real>(levels: &[Levels<'_, T>], params: &FlowParams, threads: usize, ledger: &mut Ledger) {
-    let Some((finest, coarser)) = levels.split_first() else {
-        return;
-    };
-    Descent::carve(&finest.finest, params, threads, &mut Pool::<T>::measuring(ledger));
-    Level::carve(finest, params, threads, &mut Pool::measuring(ledger));
-    for level in coarser {
+pub fn measure<T: Real>(levels: &Levels<'_, T>, params: &FlowParams, threads: usize, ledger: &mut Ledger) {
+    Descent::carve(&levels.finest, params, threads, &mut Pool::<T>::measuring(ledger));
+    Level::carve((levels, 0), params, threads, &mut Pool::measuring(ledger));
+    for (depth, grid) in levels.grids.iter().enumerate().skip(1) {
         let descent = measured::<T>(|pool| {
             let mut pool = pool;
-            Descent::carve(&level.finest, params, threads, &mut pool);
+            Descent::carve(grid, params, threads, &mut pool);
         });
         let own = measured::<T>(|pool| {
             let mut pool = pool;
-            Level::carve(level, params, threads, &mut pool);
+            Level::carve((levels, depth), params, threads, &mut pool);
         });
         ledger.line("a coarser level of the pyramid", own.max(descent), T::BYTES);
     }

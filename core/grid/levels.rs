@@ -95,10 +95,17 @@ impl<'m, T: Real> Levels<'m, T> {
     /// One grid without coarser ones.
     #[must_use]
     pub fn alone(grid: &Grid) -> Self {
-        let mut alone = Self::bare(grid, 0);
-        alone.grids.truncate(1);
-        alone.tables.clear();
-        alone
+        Self::apart(grid, core::slice::from_ref(grid))
+    }
+
+    /// Grids of which `finest` is the first, and between which nothing is passed.
+    #[must_use]
+    pub fn apart(finest: &Grid, grids: &[Grid]) -> Self {
+        Self {
+            grids: grids.iter().take(MAX_LEVELS).copied().collect(),
+            tables: heapless::Vec::new(),
+            ..Self::bare(finest, 0)
+        }
     }
 
     /// The same with room for obstacles, where there may be any.
@@ -129,7 +136,11 @@ impl<'m, T: Real> Levels<'m, T> {
     pub fn fill(&mut self, arena: &mut Arena<'m>) -> Result<(), TooSmall> {
         let filters = self.filters;
         let grids = &self.grids;
-        let taps = Self::taps(grids);
+        let taps = if self.tables.is_empty() {
+            0
+        } else {
+            Self::taps(grids)
+        };
         let (mut index, mut weight): (&mut [u16], &mut [T]) = (&mut [], &mut []);
         if taps > 0 {
             index = arena.take("transfer positions", taps)?;

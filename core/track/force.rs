@@ -72,7 +72,7 @@ impl<T: Real, S: Space> Tracker<'_, T, S> {
             dt,
             ..
         } = self;
-        let (finest, unit) = (&levels[0], *unit / *dt);
+        let (finest, unit) = (&*levels, *unit / *dt);
         let Acting {
             mut u,
             scratch,

@@ -26,7 +26,7 @@ impl<'m, T: Real, S: Space> Tracker<'m, T, S> {
             lift: capture.lift(),
             unit: capture.velocity_unit(),
             dt: capture.dt,
-            levels: grids.iter().map(Levels::alone).collect(),
+            levels: Levels::apart(&finest, &grids),
             frames: Default::default(),
             v: Default::default(),
             before: Default::default(),
@@ -49,9 +49,7 @@ impl<'m, T: Real, S: Space> Tracker<'m, T, S> {
     pub(super) fn layout(&mut self, layout: &mut Layout<'_, 'm, T>) -> Result<(), TooSmall> {
         let grid = *self.grid();
         let (dims, cells) = (grid.dims, grid.cells());
-        for level in &mut self.levels {
-            layout.tables(|arena| level.fill(arena))?;
-        }
+        layout.tables(|arena| self.levels.fill(arena))?;
         let [first, second, pulled] = &mut self.frames;
         layout.work("frame", first, cells)?;
         layout.work("next frame", second, cells)?;
@@ -62,11 +60,11 @@ impl<'m, T: Real, S: Space> Tracker<'m, T, S> {
         layout.work_vector("flow", &mut self.v, dims, cells)?;
         let of_before = if self.params.forces { cells } else { 0 };
         layout.work_vector("flow of the pair before", &mut self.before, dims, of_before)?;
-        for (level, [one, other]) in self.levels.iter().skip(1).zip(&mut self.pyramid.frames) {
-            layout.work("frame on a coarser grid", one, level.finest.cells())?;
-            layout.work("next frame on a coarser grid", other, level.finest.cells())?;
+        for (grid, [one, other]) in self.levels.grids.iter().skip(1).zip(&mut self.pyramid.frames) {
+            layout.work("frame on a coarser grid", one, grid.cells())?;
+            layout.work("next frame on a coarser grid", other, grid.cells())?;
         }
-        let coarse = self.levels.get(1).map_or(0, |level| level.finest.cells());
+        let coarse = self.levels.grids.get(1).map_or(0, Grid::cells);
         layout.work_vector("flow on a coarser grid", &mut self.pyramid.coarse, dims, coarse)?;
         let of_carried = if self.params.readvect { cells } else { 0 };
         for carried in &mut self.carried {
@@ -79,20 +77,19 @@ impl<'m, T: Real, S: Space> Tracker<'m, T, S> {
 }
 
 /// What happens in turn.
-fn uses<T: Real>(levels: &[Levels<'_, T>], params: &TrackParams, ledger: &mut Ledger) {
-    let Some(finest) = levels.first() else { return };
-    let (grid, threads) = (&finest.finest, params.threads);
+fn uses<T: Real>(levels: &Levels<'_, T>, params: &TrackParams, ledger: &mut Ledger) {
+    let (grid, threads) = (&levels.finest, params.threads);
     pyramid::measure(levels, &params.flow, threads, ledger);
     Warp::carve(grid, params.flow.warp, threads, &mut Pool::<T>::measuring(ledger));
-    Projection::carve(finest, 0, 1, threads, &mut Pool::measuring(ledger));
+    Projection::carve(levels, 0, 1, threads, &mut Pool::measuring(ledger));
     if params.predicts(Prediction::Implicit) {
-        Step::carve(finest, 0, step_setup(threads), &mut Pool::measuring(ledger));
+        Step::carve(levels, 0, step_setup(threads), &mut Pool::measuring(ledger));
     }
     if params.predicts(Prediction::Bfecc) {
         Carried::carve(grid, &mut Pool::<T>::measuring(ledger));
     }
     if params.forces {
-        Acting::carve(finest, threads, &mut Pool::<T>::measuring(ledger));
+        Acting::carve(levels, threads, &mut Pool::<T>::measuring(ledger));
     }
     if params.readvect {
         ledger.group("re-advection", Sharing::Together, |ledger| {

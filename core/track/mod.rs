@@ -21,7 +21,6 @@ pub use plan::TrackPlan;
 
 use crate::exec::Exec;
 use crate::field::VectorMut;
-use crate::flow::MAX_LEVELS;
 use crate::flow::pyramid::Pyramid;
 use crate::grid::levels::Levels;
 use crate::grid::{Grid, Space};
@@ -43,8 +42,8 @@ pub struct Tracker<'m, T, S> {
     unit: f64,
     /// Time between frames.
     dt: f64,
-    /// The grids of the pyramid, finest first, each alone.
-    levels: heapless::Vec<Levels<'m, T>, MAX_LEVELS>,
+    /// The grids of the pyramid, finest first, between which nothing is passed by tables.
+    levels: Levels<'m, T>,
     /// phi_k and phi_{k+1}, scaled, and what is made of the second.
     frames: [&'m mut [T]; 3],
     /// Where smoke is made: phi_{k+1} with it, scaled. The second frame lacks it.
@@ -87,14 +86,10 @@ impl<'m, T: Real, S: Space> Tracker<'m, T, S> {
         Ok(tracker)
     }
 
-    fn finest(&self) -> &Levels<'m, T> {
-        &self.levels[0]
-    }
-
     /// The grid.
     #[must_use]
     pub fn grid(&self) -> &Grid {
-        &self.finest().finest
+        &self.levels.finest
     }
 
     /// Cells of the grid.
@@ -111,7 +106,7 @@ impl<'m, T: Real, S: Space> Tracker<'m, T, S> {
 
     /// The grids of the pyramid, finest first.
     pub fn grids(&self) -> impl Iterator<Item = &Grid> {
-        self.levels.iter().map(|level| &level.finest)
+        self.levels.grids.iter()
     }
 
     /// Pairs that are done.

@@ -93,7 +93,7 @@ impl<T: Real, S: Space> Tracker<'_, T, S> {
         self.correct(exec, observer, sink, &mut pair)?;
         sink(Part::Velocity, self.faces(view(&self.v)));
         let Self { levels, v, sums, .. } = self;
-        pair.fastest = sums::max_abs(exec, &levels[0].finest, 1, view(v), sums);
+        pair.fastest = sums::max_abs(exec, &levels.finest, 1, view(v), sums);
         if !(pair.fastest.is_finite() && pair.terms.data.is_finite()) {
             return Err(Stop::TooFast);
         }
@@ -128,7 +128,7 @@ impl<T: Real, S: Space> Tracker<'_, T, S> {
             region,
             ..
         } = self;
-        let grid = &levels[0].finest;
+        let grid = &levels.finest;
         let warp = Warp::carve(grid, params.flow.warp, params.threads, &mut Pool::new(region));
         warp.apply(exec, second, view(v), pulled, sums)
     }
@@ -141,7 +141,7 @@ impl<T: Real, S: Space> Tracker<'_, T, S> {
             sums,
             ..
         } = self;
-        squared_distance(exec, &levels[0].finest, [first, pulled], sums)
+        squared_distance(exec, &levels.finest, [first, pulled], sums)
     }
 
     /// v_k = P_k + the flow between the first frame and the third.
@@ -172,7 +172,7 @@ impl<T: Real, S: Space> Tracker<'_, T, S> {
         };
         let (level, terms, efforts) = search.find(exec, observer, [first, pulled], region)?;
         (pair.terms, pair.efforts) = (terms, efforts);
-        let grid = &levels[0].finest;
+        let grid = &levels.finest;
         let faces = Faces {
             grid,
             v: view(&level.flow),
@@ -198,7 +198,7 @@ impl<T: Real, S: Space> Tracker<'_, T, S> {
             density_scale,
             ..
         } = self;
-        let grid = &levels[0].finest;
+        let grid = &levels.finest;
         core::mem::swap(carried, before);
         let most = largest(exec, grid, before, sums);
         let mut transport =

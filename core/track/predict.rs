@@ -86,7 +86,7 @@ impl<T: Real, S: Space> Tracker<'_, T, S> {
             params,
             ..
         } = self;
-        let finest = &levels[0];
+        let finest = &*levels;
         let mut step = Step::carve(finest, 0, step_setup(params.threads), &mut Pool::new(region));
         let before = Slot::only(view(v));
         step.give(exec, [(1.0, before)]);
@@ -115,7 +115,7 @@ impl<T: Real, S: Space> Tracker<'_, T, S> {
             params,
             ..
         } = self;
-        let mut projection = Projection::carve(&levels[0], 0, 1, params.threads, &mut Pool::new(region));
+        let mut projection = Projection::carve(levels, 0, 1, params.threads, &mut Pool::new(region));
         step::project(&mut projection, exec, observer, v, LEFT, sums)
     }
 }
