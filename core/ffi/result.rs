@@ -69,7 +69,7 @@ pub enum ThuribleResult {
     NoFrame = 27,
     /// The tracker was stopped in a pair, or left the finite numbers there: begin another one.
     Ended = 28,
-    /// It must be given before the first frame.
+    /// It must be given before the first frame, solid cells before every density.
     Late = 29,
     /// All pictures are dark.
     Dark = 30,
@@ -141,7 +141,10 @@ impl ThuribleResult {
             Self::Ended,
             c"the tracker was stopped in a pair, or left the finite numbers there: begin another one",
         ),
-        (Self::Late, c"it must be given before the first frame"),
+        (
+            Self::Late,
+            c"it must be given before the first frame, solid cells before every density",
+        ),
         (Self::Dark, c"all pictures are dark"),
         (
             Self::NoEmission,
@@ -171,6 +174,7 @@ impl From<InputError> for ThuribleResult {
             InputError::AboveOne { .. } => Self::AboveOne,
             InputError::NoEmitter { .. } => Self::NoEmitter,
             InputError::NoFluid => Self::NoFluid,
+            InputError::SolidsLate => Self::Late,
             InputError::NoKeyframe { .. } => Self::NoKeyframe,
             InputError::NoReference => Self::NoReference,
             InputError::NoEmission => Self::NoEmission,

@@ -108,7 +108,7 @@ typedef enum {
     THURIBLE_RESULT_NO_FRAME = 27,
     // The tracker was stopped in a pair, or left the finite numbers there: begin another one.
     THURIBLE_RESULT_ENDED = 28,
-    // It must be given before the first frame.
+    // It must be given before the first frame, solid cells before every density.
     THURIBLE_RESULT_LATE = 29,
     // All pictures are dark.
     THURIBLE_RESULT_DARK = 30,
@@ -1265,7 +1265,7 @@ ThuribleResult thurible_set_source(Thurible *instance,
                                    size_t bytes);
 
 // Sets which cells are solid, before anything else is set: one byte for each cell, x fastest, 1 where it is solid and 0 where it is not. Refused
-// where `solids` of the configuration is 0. Densities are 0 in solid cells, whatever is given.
+// where `solids` of the configuration is 0, and as too late after a source or a keyframe. Densities are 0 in solid cells, whatever is given.
 // Safety: `instance` as in `thurible_close`; `solid` is null or points to `bytes` bytes.
 ThuribleResult thurible_set_solids(Thurible *instance,
                                    const uint8_t *solid,
@@ -1304,7 +1304,8 @@ ThuribleResult thurible_set_keyframe(Thurible *instance,
 ThuribleResult thurible_set_initial_velocity(Thurible *instance, size_t axis, const void *faces, size_t bytes);
 
 // Sets component `axis` of the flow of step `step` that the method of guidance follows, from 1 to steps - 1, as `thurible_set_initial_velocity`; a
-// step that is not set is at rest.
+// step that is not set is at rest. A solve, whole or stopped, goes over this flow and puts what it finds in its place: before another one it is given
+// anew, or the solve answers `THURIBLE_RESULT_NO_REFERENCE`.
 // Safety: As `thurible_set_source`.
 ThuribleResult thurible_set_reference(Thurible *instance,
                                       size_t axis,
@@ -1322,7 +1323,9 @@ ThuribleResult thurible_step(Thurible *instance,
                              ThuribleProgress *progress);
 
 // Makes the result feasible: the flow free of divergence, the forces those that make it, the densities those that it carries. Results
-// can be read afterwards, until the next step. The progress holds the objective of the result.
+// can be read afterwards, until the next step. The progress holds the objective of the result. It is the end of a solve: a search that is on a coarser
+// grid goes to the finest at once, and steps after it are a new descent from there, which counts its iterations anew. To look at a result on the way,
+// `thurible_save` before and `thurible_restore` after.
 // Safety: As `thurible_step`.
 ThuribleResult thurible_finish(Thurible *instance,
                                const ThuribleExecutor *executor,
@@ -1348,7 +1351,7 @@ ThuribleResult thurible_save(Thurible *instance,
 
 // Goes on from what `thurible_save` wrote, of exactly `saved_bytes`, here or in another instance, process or machine, whose
 // configuration may differ in threads, ceiling and iterations alone, unless automatic pairs of L-BFGS become fewer under the ceiling: every later step gives the same bits. Damaged bytes and those of
-// another configuration are refused and change nothing.
+// another configuration are refused and change nothing. Solid cells are not among them: `thurible_set_solids` comes first, with the same cells.
 // Safety: `instance` as in `thurible_close`; `bytes` is null or points to `size` bytes.
 ThuribleResult thurible_restore(Thurible *instance,
                                 const void *bytes,

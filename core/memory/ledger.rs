@@ -177,5 +177,7 @@ impl Ledger {
             .iter()
             .filter(|entry| entry.depth == 0)
             .try_fold(0usize, |sum, entry| sum.checked_add(entry.bytes))
+            // No slice is longer.
+            .filter(|&bytes| isize::try_from(bytes).is_ok())
     }
 }

@@ -21,6 +21,32 @@ use crate::progress::{Objective, Progress, Status};
 use crate::real::Real;
 use crate::transport::Flow;
 
+/// How far a method has gone over the flow that it follows, in whose place it puts what it finds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Followed {
+    /// Not yet.
+    #[default]
+    Not,
+    /// To the end.
+    Whole,
+    /// To a stop: what is there is a mixture.
+    InPart,
+}
+
+impl Followed {
+    /// Passes over it as a checkpoint keeps it.
+    ///
+    /// # Errors
+    /// [`Damaged`].
+    pub fn pass(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
+        let all = [Self::Not, Self::Whole, Self::InPart];
+        let mut number = all.iter().position(|one| one == self).unwrap_or(0);
+        record.count(&mut number, all.len() - 1)?;
+        *self = all.get(number).copied().unwrap_or_default();
+        Ok(())
+    }
+}
+
 /// A method with its state: how it solves one problem.
 ///
 /// It is made without buffers. [`Self::layout`] then counts them, or carves them out of the block; nothing else is called before.
@@ -122,6 +148,11 @@ pub trait Contract<'m, T: Real, S: Space> {
     /// # Errors
     /// [`Damaged`] where one is out of its range.
     fn scalars(&mut self, record: &mut Record<'_>) -> Result<(), Damaged>;
+
+    /// What became of the flow that it follows; `None` where it follows none.
+    fn followed(&mut self) -> Option<&mut Followed> {
+        None
+    }
 
     /// Takes back what of its buffers a device has: the flow and its densities, or for a checkpoint all; nothing, where none has.
     fn fetch(&mut self, exec: &dyn Exec, script: &Script<'_, T>, all: bool) {

@@ -58,7 +58,7 @@ impl<T: Real, S: Space> Nso<'_, T, S> {
     fn judge(&self, info: Info, residual: f64) -> Info {
         if !residual.is_finite() {
             info.ended(Ended::NotFinite)
-        } else if residual < self.setup.params.tolerance {
+        } else if residual < self.setup.params.tolerance && info.ended != Ended::Cancelled {
             info.ended(Ended::Converged)
         } else {
             info

@@ -73,6 +73,8 @@ pub enum InputError {
     },
     /// All cells are solid.
     NoFluid,
+    /// Solid cells were given after densities, which may lie in them.
+    SolidsLate,
     /// The shape of an emitter is not set.
     NoEmitter {
         /// The emitter.
@@ -112,6 +114,10 @@ impl fmt::Display for InputError {
             Self::NotFinite { index } => write!(f, "value {index} is not finite"),
             Self::Negative { index } => write!(f, "value {index} is negative"),
             Self::Buried => write!(f, "all of it, or nearly, is inside solid cells"),
+            Self::SolidsLate => write!(
+                f,
+                "solid cells come before every density; give them first, to a new solver"
+            ),
             Self::Empty => write!(f, "it is empty: its mass is zero"),
             Self::Index { given, count } => write!(f, "index {given} is out of range; there are {count}"),
             Self::AboveOne { index } => write!(f, "value {index} is above 1"),

@@ -21,11 +21,15 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     /// Sets which cells are solid, before any density: one flag for each cell, x fastest. Densities are 0 there, whatever is given.
     ///
     /// # Errors
-    /// [`InputError::Length`]; [`InputError::NoFluid`] where all cells are solid; [`InputError::Index`] where the problem has no solid cells.
+    /// [`InputError::Length`]; [`InputError::NoFluid`] where all cells are solid; [`InputError::Index`] where the problem has no solid cells;
+    /// [`InputError::SolidsLate`] after a source or a keyframe.
     pub fn set_solids(&mut self, solid: &[bool]) -> Result<(), InputError> {
         check_solids(&self.animation().levels, solid)?;
         if solid.iter().all(|&solid| solid) {
             return Err(InputError::NoFluid);
+        }
+        if self.mass > 0.0 || self.missing < self.lists.steps.len() {
+            return Err(InputError::SolidsLate);
         }
         self.shared.ask(Verb::Solids, [0; 3]);
         self.take_solids(solid);
@@ -42,7 +46,8 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
             Some(ranks) => self.shared.put_solids(ranks, levels, solid),
             None => put_solids(&Alone, levels, solid),
         }
-        (self.prepared, self.finished) = (None, false);
+        self.prepared = None;
+        self.changed();
     }
 
     /// Whether the cell at (x, y, z) is solid.
@@ -95,7 +100,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         let rho = rows::part_mut(rho, 0..grid.cells());
         self.shared.put((grid, None), density, T::ONE, rho);
         levels.solids(0).clear_cells(grid.n[0], rho);
-        self.finished = false;
+        self.changed();
     }
 
     /// Sets the shape of emitter `index`: where it adds smoke, and how much of its rate or target there.
@@ -181,7 +186,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         if grid.is_open() && self.lists.mask && index == self.lists.mask_begins() {
             self.extend_mask();
         }
-        self.finished = false;
+        self.changed();
     }
 
     /// Sets field `index` of the script to 0 in solid cells.
@@ -248,7 +253,8 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
             return;
         };
         self.shared.put((&grid, Some(axis)), faces, unit, field);
-        (self.prepared, self.finished) = (None, false);
+        self.prepared = None;
+        self.changed();
     }
 }
 

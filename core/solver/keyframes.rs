@@ -10,7 +10,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
     /// its step.
     ///
     /// # Errors
-    /// As [`Self::set_source`], or [`InputError::NoSource`] where there is no smoke yet at its step, [`InputError::NoEmitter`],
+    /// As [`Self::set_source`], also of what the target is scaled to, or [`InputError::NoSource`] where there is no smoke yet at its step, [`InputError::NoEmitter`],
     /// [`InputError::Index`].
     pub fn set_keyframe(&mut self, index: usize, density: &[T]) -> Result<f64, InputError> {
         let count = self.lists.steps.len();
@@ -38,11 +38,17 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         let grid = *self.grid();
         let cells = grid.cells();
         let step = self.lists.steps.get(index).map_or(0, |&step| step as usize);
-        let factor = if self.match_mass {
-            self.added_mass(step) / mass
+        let factor = self.factor(step, mass);
+        let held = if self.shared.is_first() {
+            self.holds(density, factor)
         } else {
-            1.0
+            Ok(())
         };
+        let told = self.shared.told(if held.is_ok() { 0.0 } else { f64::NAN });
+        held?;
+        if told.is_nan() {
+            return Err(InputError::NoSource);
+        }
         if factor <= 0.0 {
             return Err(InputError::NoSource);
         }
@@ -57,6 +63,27 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         self.clear_field(index);
         Ok(factor)
     }
+    /// What a target of this mass at a step is multiplied by.
+    fn factor(&self, step: usize, mass: f64) -> f64 {
+        if self.match_mass {
+            self.added_mass(step) / mass
+        } else {
+            1.0
+        }
+    }
+
+    /// Refuses a target of which the precision of the solve does not hold the multiple.
+    fn holds(&self, density: &[T], factor: f64) -> Result<(), InputError> {
+        let scaled = |value: T| T::from_f64(value.to_f64() * factor);
+        if let Some(index) = density.iter().position(|&value| !scaled(value).is_finite()) {
+            return Err(InputError::NotFinite { index });
+        }
+        if factor > 0.0 && density.iter().all(|&value| !(scaled(value) > T::ZERO)) {
+            return Err(InputError::Empty);
+        }
+        Ok(())
+    }
+
     /// Whether keyframe `index` has no target yet: all of it, that of other ranks too, is 0.
     pub(super) fn is_unset(&self, index: usize) -> bool {
         let given = self.keyframe(index).iter().any(|&x| x != T::ZERO);

@@ -38,6 +38,7 @@ use crate::field::borders;
 use crate::grid::{Grid, Space};
 use crate::memory::{Layout, TooSmall};
 use crate::method::animation::Animation;
+use crate::method::contract::Followed;
 use crate::method::registry::{self, Engine};
 use crate::objective::script::{Lists, Script};
 use crate::observe::Observer;
@@ -155,7 +156,8 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
                 index: unset.unwrap_or(0),
             });
         }
-        if self.reference == Some(false) {
+        let followed = self.engine.get_mut().followed().map(|followed| *followed);
+        if self.reference == Some(false) || followed == Some(Followed::InPart) {
             return Err(InputError::NoReference);
         }
         Ok(match self.prepared {
@@ -186,6 +188,16 @@ impl<'m, T: Real, S: Space> Solver<'m, T, S> {
         let ended = self.engine.get_mut().step(exec, observer, &script, &mut progress);
         progress.status = ended.err();
         progress
+    }
+
+    /// What was given is another: a result is none any more, nor is the flow to follow, where it was gone over.
+    fn changed(&mut self) {
+        self.finished = false;
+        if let Some(followed) = self.engine.get_mut().followed()
+            && core::mem::take(followed) != Followed::Not
+        {
+            self.reference = Some(false);
+        }
     }
 
     /// Takes back the flow and its densities from the device of `exec`, if there is one and it searches: before they are read between two

@@ -24,7 +24,7 @@ pub struct Elsewhere {
 
 impl<T: Real, S: Space> Solver<'_, T, S> {
     /// Sets a component of the flow of step `step`, from 1 to N - 1, that the method follows, as [`Self::set_initial_velocity`]. Where no step is
-    /// set it is at rest.
+    /// set it is at rest. A solve goes over this flow, and puts what it finds in its place: for another solve it is given anew.
     ///
     /// # Errors
     /// [`InputError`]: a method that follows none, no such axis or step, wrong length, a value that is not finite.
@@ -102,6 +102,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
                 return Err(InputError::Index { given, count });
             }
         }
+        self.changed();
         if self.reference == Some(false) {
             let v = &mut self.engine.get_mut().parts().animation.v;
             v.iter_mut().for_each(|component| component.fill(T::ZERO));

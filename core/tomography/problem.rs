@@ -191,6 +191,11 @@ impl<const D: usize> Tomography<'_, D> {
             return Err(TomographyError::Cells { axis });
         }
         product(&self.cells.counts).ok_or(TomographyError::TooLarge)?;
+        for cameras in [self.cameras, self.novel] {
+            let mut each = cameras.iter().map(|camera| product(&camera.pixels));
+            each.try_fold(0, |sum: usize, pixels| sum.checked_add(pixels?))
+                .ok_or(TomographyError::TooLarge)?;
+        }
         if self.cameras.is_empty() {
             return Err(TomographyError::NoCamera);
         }

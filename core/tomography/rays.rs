@@ -114,7 +114,12 @@ pub fn photograph<T: Real, const D: usize>(
     });
 }
 
-/// Whether any ray of `camera` through the middle of a pixel meets the box.
+/// Rays along each side of a picture that are tried first,
+const FEW: usize = 64;
+/// and the most pixels whose rays are all tried then.
+const MANY: usize = 1 << 24;
+
+/// Whether any ray of `camera` through the middle of a pixel meets the box, as far as [`MANY`] tell.
 pub(super) fn sees_box<const D: usize>(cells: &Cells<D>, camera: &Camera<D>) -> bool {
     let centre = cells.counts.map(|count| 0.5 * count as f64);
     let inside = |place: &[f64; D]| {
@@ -126,9 +131,14 @@ pub(super) fn sees_box<const D: usize>(cells: &Cells<D>, camera: &Camera<D>) -> 
     };
     let [width, height] = camera.pixels;
     debug_assert!(dot(&centre, &centre) >= 0.0);
+    let meets = |column: usize, row: usize| {
+        let at = [column as f64 + 0.5, row as f64 + 0.5];
+        Way::through(cells, camera, at, 1.0).is_some()
+    };
+    // A few rays find a box that fills a part of the picture; all of them one that is a sliver at its side.
+    let some = |count: usize| (0..count).step_by(count.div_ceil(FEW).max(1));
     inside(&centre)
-        || (0..width * height).any(|pixel| {
-            let at = [(pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5];
-            Way::through(cells, camera, at, 1.0).is_some()
-        })
+        || some(height).any(|row| some(width).any(|column| meets(column, row)))
+        || (width.saturating_mul(height) <= MANY
+            && (0..height).any(|row| (0..width).any(|column| meets(column, row))))
 }

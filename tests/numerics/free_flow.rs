@@ -1,7 +1,7 @@
 //! Simulation without control: energy, rest, buoyancy.
 
 use crate::fields;
-use crate::fields::cases::{Scene, Solved};
+use crate::fields::cases::{Scene, Solved, StopOnce};
 use crate::fields::feasible::{check, faces};
 use crate::fields::naive::Naive;
 use crate::fields::{Components, add_scaled_all, assert_close, dot_all, flow, largest, largest_of, to_file};
@@ -171,5 +171,30 @@ fn a_free_flow_needs_no_keyframe_and_control_does() {
             Err(PlanError::Problem(ProblemError::NoKeyframe))
         };
         assert_eq!(planned, expected, "{method:?}");
+    }
+}
+
+/// Whoever says stop once is heard, whenever that is.
+#[test]
+fn a_stop_that_is_said_once_is_heard() {
+    let mut scene = free(&[12, 10], "wp", 4);
+    scene.effects.buoyancy[1] = 2e-3;
+    let mut steered = Scene::small(&[12, 10], "wp", 4);
+    steered.params.method = Method::Admm;
+    steered.params.iterations = 3;
+    for scene in [scene, steered] {
+        let mut all = StopOnce { at: 0, seen: 0 };
+        scene.solve::<f64, D2>(&Serial, &mut all);
+        assert!(all.seen > 20, "{}", all.seen);
+        for at in 1..=all.seen {
+            let solved = scene.solve::<f64, D2>(&Serial, &mut StopOnce { at, seen: 0 });
+            assert_eq!(
+                solved.status,
+                Status::Cancelled,
+                "{:?} at event {at} of {}",
+                scene.params.method,
+                all.seen
+            );
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! A simulation that is guided by a given flow.
 
-use crate::fields::cases::Scene;
+use crate::fields::cases::{Scene, Solved, StopAt};
 use crate::fields::feasible::{check_flow, faces};
 use crate::fields::naive::Naive;
 use crate::fields::{
@@ -220,7 +220,7 @@ fn a_guided_plume_rises_without_buoyancy() {
                         solver.set_reference(axis, step, faces).unwrap();
                     }
                 }
-                crate::fields::cases::Solved::run(&scene, solver, exec, &mut Silent)
+                Solved::run(&scene, solver, exec, &mut Silent)
             })
         })
     };
@@ -230,6 +230,47 @@ fn a_guided_plume_rises_without_buoyancy() {
     assert!(off < 0.1 * moved, "{off} of {moved}");
     for threads in [2, 3] {
         assert!(apart(threads).bits() == guided.bits(), "{threads} threads");
+    }
+}
+
+/// A guided solve goes over the flow that it follows, to its end or to a stop: the next one is refused until that is given anew, and then finds what a
+/// new solver finds.
+#[test]
+fn another_guided_solve_needs_the_flow_anew() {
+    let mut risen = free(&[16, 20], "wp", 6);
+    risen.effects.buoyancy[1] = 2e-3;
+    let truth = risen.solve_alone::<f64, D2>();
+    let mut scene = free(&[16, 20], "wp", 6);
+    scene.params.method = Method::Guide;
+    let give = |solver: &mut Solver<'_, f64, D2>, times: f64| {
+        for (step, flow) in truth.velocity.iter().enumerate().skip(1) {
+            for (axis, faces) in flow.iter().enumerate() {
+                let faces: Vec<f64> = faces.iter().map(|x| times * x).collect();
+                solver.set_reference(axis, step, &faces).unwrap();
+            }
+        }
+    };
+    let guided = |solver: &mut Solver<'_, f64, D2>, times: f64| {
+        give(solver, times);
+        Solved::run(&scene, solver, &Serial, &mut Silent)
+    };
+    let [whole, half] = [1.0, 0.5].map(|times| scene.with::<f64, D2, _>(|solver| guided(solver, times)));
+    let used = scene.with::<f64, D2, _>(|solver| {
+        guided(solver, 1.0);
+        solver.set_source(&scene.densities[0]).unwrap();
+        assert_eq!(solver.prepare(&Serial), Err(InputError::NoReference));
+        guided(solver, 0.5)
+    });
+    assert!(used.bits() == half.bits());
+    for at in [2, 9, 20] {
+        let stopped = scene.with::<f64, D2, _>(|solver| {
+            give(solver, 0.5);
+            let status = solver.solve(&Serial, &mut StopAt { at, seen: 0 }, &mut |_| {});
+            assert_eq!(status, Status::Cancelled);
+            assert_eq!(solver.prepare(&Serial), Err(InputError::NoReference));
+            guided(solver, 1.0)
+        });
+        assert!(stopped.bits() == whole.bits(), "stopped at {at}");
     }
 }
 
@@ -273,7 +314,7 @@ fn a_flow_of_other_cells_guides() {
                         solver.set_reference(axis, 1, &faces).unwrap();
                     }
                 }
-                crate::fields::cases::Solved::run(&scene, solver, &Serial, &mut Silent)
+                Solved::run(&scene, solver, &Serial, &mut Silent)
             });
             faces(&grid, &solved.velocity[1])
         };
@@ -457,9 +498,7 @@ fn noise_goes_through_no_solid_cell_and_is_the_same_on_any_threads() {
         let mut scene = one_step(&[72, 64], "pw");
         (scene.params.guide.noise.strength, scene.params.threads) = (0.4, threads);
         with_threads(threads, |exec| {
-            scene.with::<f32, D2, _>(|solver| {
-                crate::fields::cases::Solved::run(&scene, solver, exec, &mut Silent)
-            })
+            scene.with::<f32, D2, _>(|solver| Solved::run(&scene, solver, exec, &mut Silent))
         })
     });
     assert!(alone.bits() == together.bits());

@@ -2,7 +2,7 @@
 
 use crate::admm_statuses::{Small, scene};
 use crate::fields::Memory;
-use thurible_core::{D2, InputError, Real, Serial, Silent, Solver, Status};
+use thurible_core::{D2, InputError, Real, Scheme, Serial, Silent, Solver, Status};
 
 fn with_empty<R>(work: impl FnOnce(&mut Small<'_>) -> R) -> R {
     let mut scene = scene();
@@ -36,6 +36,37 @@ fn not_ready_until_all_densities_are_there() {
         );
         assert_eq!(solver.prepare(&Serial), Ok(0.0));
         assert_eq!(solver.step(&Serial, &mut Silent).status, None);
+    });
+}
+
+/// A target that would be scaled beyond what the precision holds.
+#[test]
+fn targets_that_no_number_holds_are_refused() {
+    with_empty(|solver| {
+        let mut source = scene().densities[0].clone();
+        source.iter_mut().for_each(|x| *x *= 1e200);
+        solver.set_source(&source).unwrap();
+        let mut faint = vec![0.0; 120];
+        faint[7] = 1e-200;
+        assert_eq!(
+            solver.set_keyframe(0, &faint),
+            Err(InputError::NotFinite { index: 0 })
+        );
+        assert_eq!(solver.prepare(&Serial), Err(InputError::NoKeyframe { index: 0 }));
+    });
+}
+
+/// Solid cells come first: a density that was given before may lie in them.
+#[test]
+fn solid_cells_after_a_density_are_refused() {
+    let mut scene = scene();
+    scene.scheme = Scheme::Limited;
+    scene.effects.solid = (0..120).map(|cell| cell == 119).collect();
+    scene.with::<f64, D2, _>(|solver| {
+        assert_eq!(
+            solver.set_solids(&scene.effects.solid),
+            Err(InputError::SolidsLate)
+        );
     });
 }
 

@@ -1,34 +1,17 @@
 //! The operator against what there was before it: the trajectory of `simulate` bit by bit, and the gradient of adjoint control.
 
+use crate::fields::cases::StopOnce;
 use crate::fields::control::Control;
 use crate::fields::random::Random;
 use crate::fields::{Components, Memory, boundaries, grid, to_file, zeros};
 use crate::operator::{Case, Inputs, Trajectory, simulate};
-use core::ops::ControlFlow;
 use thurible_core::objective::script::Lists;
 use thurible_core::operator::Start;
 use thurible_core::output::{DENSITY, VELOCITY};
 use thurible_core::{
-    Advection, D2, D3, Event, Method, Observer, Operator, OperatorParams, OperatorPlan, Params, Problem,
-    Scheme, Serial, Silent, Solver, Space,
+    Advection, D2, D3, Method, Operator, OperatorParams, OperatorPlan, Params, Problem, Scheme, Serial,
+    Silent, Solver, Space,
 };
-
-/// Says stop at an event.
-struct Stop {
-    seen: usize,
-    at: usize,
-}
-
-impl Observer for Stop {
-    fn on(&mut self, _event: Event) -> ControlFlow<()> {
-        self.seen += 1;
-        if self.seen == self.at {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
-    }
-}
 
 /// What `simulate` marches through, before its result is made feasible: it is stopped when the last density is there.
 fn marched<S: Space>(case: &Case, inputs: &Inputs) -> Trajectory {
@@ -54,7 +37,7 @@ fn marched<S: Space>(case: &Case, inputs: &Inputs) -> Trajectory {
         for (axis, v) in inputs.velocity.iter().enumerate() {
             solver.set_initial_velocity(axis, v).unwrap();
         }
-        let mut stop = Stop { seen: 0, at: events };
+        let mut stop = StopOnce { seen: 0, at: events };
         solver.step(&Serial, &mut stop);
         if events == usize::MAX {
             events = stop.seen;

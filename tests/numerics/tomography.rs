@@ -652,6 +652,22 @@ fn what_cannot_be_is_refused() {
         ..good
     };
     assert_eq!(thin.check(), Err(TomographyError::Cells { axis: 0 }));
+    // Sums of pixels that wrap, and planes of pixels that nobody goes through one by one.
+    for pixels in [[1 << 40, 1 << 40], [1 << 62, 1], [1 << 40, 1]] {
+        let mut wide = cameras.clone();
+        wide.iter_mut().for_each(|camera| camera.pixels = pixels);
+        if let Lens::Orthographic { at, .. } = &mut wide[1].lens {
+            at[0] -= 1e6;
+        }
+        let begun = std::time::Instant::now();
+        let large = Tomography {
+            cameras: &wide,
+            ..good
+        }
+        .check();
+        assert!(large.is_err(), "{pixels:?}");
+        assert!(begun.elapsed().as_secs() < 5, "{pixels:?}");
+    }
     let mut away = cameras.clone();
     let Lens::Orthographic { at, .. } = &mut away[1].lens else {
         unreachable!()

@@ -26,7 +26,7 @@ pub unsafe extern "C" fn thurible_set_source(
 }
 
 /// Sets which cells are solid, before anything else is set: one byte for each cell, x fastest, 1 where it is solid and 0 where it is not. Refused
-/// where `solids` of the configuration is 0. Densities are 0 in solid cells, whatever is given.
+/// where `solids` of the configuration is 0, and as too late after a source or a keyframe. Densities are 0 in solid cells, whatever is given.
 ///
 /// # Safety
 /// `instance` as in `thurible_close`; `solid` is null or points to `bytes` bytes.
@@ -149,7 +149,8 @@ pub unsafe extern "C" fn thurible_set_initial_velocity(
 }
 
 /// Sets component `axis` of the flow of step `step` that the method of guidance follows, from 1 to steps - 1, as `thurible_set_initial_velocity`; a
-/// step that is not set is at rest.
+/// step that is not set is at rest. A solve, whole or stopped, goes over this flow and puts what it finds in its place: before another one it is given
+/// anew, or the solve answers `THURIBLE_RESULT_NO_REFERENCE`.
 ///
 /// # Safety
 /// As `thurible_set_source`.

@@ -28,7 +28,7 @@ pub unsafe extern "C" fn thurible_save(
 
 /// Goes on from what `thurible_save` wrote, of exactly `saved_bytes`, here or in another instance, process or machine, whose
 /// configuration may differ in threads, ceiling and iterations alone, unless automatic pairs of L-BFGS become fewer under the ceiling: every later step gives the same bits. Damaged bytes and those of
-/// another configuration are refused and change nothing.
+/// another configuration are refused and change nothing. Solid cells are not among them: `thurible_set_solids` comes first, with the same cells.
 ///
 /// # Safety
 /// `instance` as in `thurible_close`; `bytes` is null or points to `size` bytes.

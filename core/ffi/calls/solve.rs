@@ -56,7 +56,9 @@ pub unsafe extern "C" fn thurible_step(
 }
 
 /// Makes the result feasible: the flow free of divergence, the forces those that make it, the densities those that it carries. Results
-/// can be read afterwards, until the next step. The progress holds the objective of the result.
+/// can be read afterwards, until the next step. The progress holds the objective of the result. It is the end of a solve: a search that is on a coarser
+/// grid goes to the finest at once, and steps after it are a new descent from there, which counts its iterations anew. To look at a result on the way,
+/// `thurible_save` before and `thurible_restore` after.
 ///
 /// # Safety
 /// As `thurible_step`.

@@ -91,10 +91,11 @@ impl fmt::Display for ConfigError {
         match self {
             Self::Result(ThuribleResult::Null) => write!(f, "the pointer to the configuration is null"),
             Self::Result(ThuribleResult::Misaligned) => write!(f, "the configuration is misaligned"),
-            Self::Result(_) => write!(
+            Self::Result(ThuribleResult::ConfigSize) => write!(
                 f,
                 "the size of the configuration is that of no known version; call thurible_defaults first"
             ),
+            Self::Result(result) => f.write_str(result.words()),
             Self::Code { field, given } => write!(f, "{field} is {given}, which stands for nothing"),
             Self::Count {
                 names: ListNames { count, most, .. },

@@ -15,7 +15,7 @@ use crate::grid::Space;
 use crate::memory::part::REACH;
 use crate::memory::{Layout, Pool, Sharing, TooSmall};
 use crate::method::animation::Animation;
-use crate::method::contract::{Contract, Parts};
+use crate::method::contract::{Contract, Followed, Parts};
 use crate::method::params::{Method, Params};
 use crate::objective::flow::{self, Evaluation};
 use crate::objective::script::Script;
@@ -34,7 +34,7 @@ pub struct Simulation<'m, T, S> {
     pub(super) region: &'m mut [T],
     pub(super) setup: Setup,
     /// Whether all steps were simulated.
-    pub(super) marched: bool,
+    pub(super) marched: Followed,
     space: PhantomData<S>,
 }
 
@@ -48,7 +48,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Simulation<'m, T, S> {
             w: Default::default(),
             region: &mut [],
             setup,
-            marched: false,
+            marched: Followed::Not,
             space: PhantomData,
         }
     }
@@ -153,7 +153,12 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Simulation<'m, T, S> {
     }
 
     fn scalars(&mut self, record: &mut Record<'_>) -> Result<(), Damaged> {
-        record.flag(&mut self.marched)
+        self.marched.pass(record)
+    }
+
+    fn followed(&mut self) -> Option<&mut Followed> {
+        let follows = self.setup.guide().is_some();
+        follows.then_some(&mut self.marched)
     }
 
     /// The whole pass: one iteration is all.
@@ -165,7 +170,7 @@ impl<'m, T: Real, S: Space> Contract<'m, T, S> for Simulation<'m, T, S> {
         progress: &mut Progress,
     ) -> Result<(), Status> {
         progress.iteration = 1;
-        if self.marched && self.setup.guide().is_some() {
+        if self.marched == Followed::Whole && self.setup.guide().is_some() {
             // The given flow is no more.
             return Err(Status::Converged);
         }

@@ -15,6 +15,7 @@ use crate::force::template::Placed;
 use crate::grid::Space;
 use crate::memory::Pool;
 use crate::method::animation::Animation;
+use crate::method::contract::Followed;
 use crate::objective::script::Script;
 use crate::objective::script::jets::Jets;
 use crate::objective::sweep::DensitySweep;
@@ -23,14 +24,18 @@ use crate::progress::{Objective, Status};
 use crate::real::Real;
 use crate::transport::{Flow, Stop};
 
-/// Says that v_k is known, of so many; whoever wants to stop is asked again in the work of the next step.
-fn say(observer: &mut dyn Observer, k: usize, slots: usize) {
-    let _ = observer.on(Event::PhaseStep {
+/// Says that v_k is known, of so many.
+fn say(observer: &mut dyn Observer, k: usize, slots: usize) -> Result<(), Stop> {
+    let said = observer.on(Event::PhaseStep {
         phase: MARCH,
         step: k,
         value: slots as f64,
         taken: 0.0,
     });
+    if said.is_break() {
+        return Err(Stop::Cancelled);
+    }
+    Ok(())
 }
 
 impl<T: Real, S: Space> Simulation<'_, T, S> {
@@ -48,22 +53,22 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
         if self.setup.guide().is_none() {
             put_everywhere(exec, &levels.finest, view(initial), v, slots);
         }
-        self.marched = false;
+        self.marched = Followed::InPart;
         if observer.on(Event::IterationBegin { iteration: 1 }).is_break() {
             return Err(Stop::Cancelled);
         }
-        say(observer, 0, slots);
+        say(observer, 0, slots)?;
         for k in 1..=slots {
             let kept = match self.push(exec, observer, script, k) {
                 Ok(kept) => kept,
                 Err(stop) => return Err(self.without(exec, k - 1, stop)),
             };
             self.advance(exec, observer, k, kept)?;
-            say(observer, k, slots);
+            say(observer, k, slots)?;
         }
         self.carry(exec, observer, script, slots)
             .map_err(|stop| self.without(exec, slots, stop))?;
-        self.marched = true;
+        self.marched = Followed::Whole;
         Ok(())
     }
 
@@ -269,7 +274,8 @@ impl<T: Real, S: Space> Simulation<'_, T, S> {
         exec: &dyn Exec,
         script: &Script<'_, T>,
     ) -> Result<Objective, Status> {
-        let gathered = matches!(self.setup.push, Push::Target(pd) if pd.gathering > 0.0) && self.marched;
+        let gathered = matches!(self.setup.push, Push::Target(pd) if pd.gathering > 0.0)
+            && self.marched == Followed::Whole;
         let flow = self.setup.flow;
         let w = &mut self.w;
         let (mut evaluation, v) = self.animation.evaluation(flow, script, self.region);

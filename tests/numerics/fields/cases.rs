@@ -326,3 +326,21 @@ impl Observer for StopAt {
         }
     }
 }
+
+/// Says stop at one event alone.
+pub struct StopOnce {
+    /// Its number, from 1 on.
+    pub at: usize,
+    pub seen: usize,
+}
+
+impl Observer for StopOnce {
+    fn on(&mut self, _event: Event) -> ControlFlow<()> {
+        self.seen += 1;
+        if self.seen == self.at {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    }
+}
