@@ -20,9 +20,13 @@ mod among;
 #[cfg(feature = "std")]
 pub mod blocks;
 #[cfg(feature = "embed")]
+pub mod brightness;
+#[cfg(feature = "embed")]
 pub mod bytes;
 #[cfg(feature = "embed")]
 pub mod change;
+#[cfg(feature = "embed")]
+pub mod channels;
 #[cfg(feature = "std")]
 mod checkpoint;
 #[cfg(feature = "std")]

@@ -1,7 +1,11 @@
 //! A problem that owns its lists, which the core's [`Problem`] borrows.
 
+use core::ops::RangeInclusive;
 use thurible_core::grid::Share;
 use thurible_core::{Advection, Boundary, Emitter, Problem, Template};
+
+/// Lengths and times with which single precision holds a flow.
+pub const UNITS: RangeInclusive<f64> = 1e-15..=1e15;
 
 /// The owned form of the core's [`Problem`], which borrows its lists.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! Cameras in Python: dicts with the numbers that `report.json` of `thurible tomography` has of them.
 
-use crate::words::{one_of, read, refused, unknown};
+use crate::words::{one_of, positive, read, refused, unknown};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use thurible_core::tomography::{Camera, Lens};
@@ -11,6 +11,9 @@ const NAMES: [&str; 8] = [
 ];
 /// What reports say beside it.
 const BESIDE: [&str; 2] = ["name", "relative_error"];
+
+/// How far a length may be from what it must be, as a part of it: numbers are copied from files.
+const ROUNDED: f64 = 1e-3;
 
 /// Camera `field`, whose picture has `pixels` across and down where that is known from it.
 pub fn camera<const D: usize>(
@@ -34,7 +37,7 @@ pub fn camera<const D: usize>(
     let numbers = |name: &str, count: usize| -> PyResult<Vec<f64>> {
         let full = format!("{field}[\"{name}\"]");
         let list: Vec<f64> = read(&full, &required(name)?, &format!("a list of {count} numbers"))?;
-        if list.len() < count || list.iter().any(|x| !x.is_finite()) {
+        if list.len() != count || list.iter().any(|x| !x.is_finite()) {
             return Err(refused(
                 &full,
                 format!("is {list:?}; give {count} finite numbers"),
@@ -46,21 +49,36 @@ pub fn camera<const D: usize>(
         let list = numbers(name, D)?;
         Ok(core::array::from_fn(|axis| list[axis]))
     };
-    let at = numbers("at", if D > 2 { 2 } else { 1 })?;
+    // In a plane v is not used, and may be left out.
+    let at = if D > 2 || numbers("at", 1).is_err() {
+        numbers("at", 2)?
+    } else {
+        numbers("at", 1)?
+    };
     let at = [at[0], at.get(1).copied().unwrap_or(0.5)];
     let (across, forward) = (vector("across")?, vector("forward")?);
     let down = if D > 2 { vector("down")? } else { [0.0; D] };
+    let long = |name: &str, vector: &[f64; D], wanted: f64| {
+        let length = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if (length / wanted - 1.0).abs() <= ROUNDED {
+            return Ok(());
+        }
+        let why = format!("is {length:.6} long, and must be {wanted:.6} long; scale it");
+        Err(refused(&format!("{field}[\"{name}\"]"), why))
+    };
+    long("forward", &forward, 1.0)?;
     let kind = one_of(
         &format!("{field}[\"kind\"]"),
         &required("kind")?,
         &["orthographic", "pinhole", "matrix"],
     )?;
     let lens = if kind == "orthographic" {
-        let pitch = read(
-            &format!("{field}[\"pitch\"]"),
-            &required("pitch")?,
-            "a number above 0",
-        )?;
+        let pitch = positive(&format!("{field}[\"pitch\"]"), &required("pitch")?)?;
+        // Unit vectors over the pitch.
+        long("across", &across, 1.0 / pitch)?;
+        if D > 2 {
+            long("down", &down, 1.0 / pitch)?;
+        }
         Lens::Orthographic {
             across,
             down,
@@ -69,6 +87,12 @@ pub fn camera<const D: usize>(
             pitch,
         }
     } else {
+        for (name, vector) in [("across", across), ("down", down)].into_iter().take(D - 1) {
+            if vector.iter().all(|&x| x == 0.0) {
+                let why = "is 0; give the focal length in pixels times the way that it goes";
+                return Err(refused(&format!("{field}[\"{name}\"]"), why));
+            }
+        }
         Lens::Pinhole {
             eye: vector("eye")?,
             across,

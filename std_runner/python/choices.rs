@@ -3,6 +3,7 @@
 use crate::effects::{self, Given};
 use crate::templates;
 use crate::words::{automatic, flag, is_automatic, number, one_of, read, refused, unknown, whole, word};
+use numpy::PyUntypedArray;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
 use thurible::owned::OwnedProblem;
@@ -96,7 +97,7 @@ impl Choices {
         if choices.scene.steps == 0 {
             return Err(refused(
                 "steps",
-                "is missing, and there is no keyframe to take it from; say how many there are",
+                "is missing or 0, and there is no keyframe to take it from; say how many there are",
             ));
         }
         let steps = choices.scene.steps;
@@ -129,8 +130,8 @@ impl Choices {
             "buoyancy" => self.scene.buoyancy = effects::buoyancy(value, self.scene.cells.len())?,
             "schedule" | "weights" | "regions" | "solids" | "mask" if value.is_none() => {}
             // An array, or True or False where a plan is made.
-            "solids" => self.scene.solids = value.extract().unwrap_or(true),
-            "mask" => self.scene.mask = value.extract().unwrap_or(true),
+            "solids" => self.scene.solids = is_there(name, value)?,
+            "mask" => self.scene.mask = is_there(name, value)?,
             "schedule" => self.scene.schedule = effects::schedule(value)?,
             "weights" => self.scene.keyframe_weights = effects::weights(value, &self.scene.keyframes)?,
             "regions" => self.scene.keyframe_regions = effects::has_regions(value, &self.scene.keyframes)?,
@@ -165,6 +166,14 @@ impl Choices {
             .iter()
             .map(|&boundary| boundary == Boundary::Periodic)
             .collect()
+    }
+}
+
+/// Whether there is an array, which True says too.
+fn is_there(name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
+    match value.cast::<PyUntypedArray>() {
+        Ok(_) => Ok(true),
+        Err(_) => read(name, value, "an array, or where a plan is made True or False"),
     }
 }
 

@@ -43,6 +43,17 @@ fn rows<V: Copy>(field: &str, rows: Vec<Vec<V>>) -> PyResult<(Vec<V>, usize)> {
     Ok((rows.concat(), len))
 }
 
+/// Refuses numbers of which one is not finite.
+fn finite(field: &str, numbers: &[f64]) -> PyResult<()> {
+    match numbers.iter().position(|x| !x.is_finite()) {
+        None => Ok(()),
+        Some(at) => Err(refused(
+            field,
+            format!("has a number, the one after {at} others, that is not finite; every one must be"),
+        )),
+    }
+}
+
 #[pymethods]
 impl PyCondenser {
     #[new]
@@ -112,6 +123,7 @@ impl PyCondenser {
                     format!("has {} numbers; give {wanted}", given.len()),
                 ));
             }
+            finite("gravity", &given)?;
             acceleration
                 .iter_mut()
                 .zip(given)
@@ -141,6 +153,10 @@ impl PyCondenser {
     /// Gives free vertices a velocity, (vertices, axes), before an implicit step.
     fn set_velocity(&mut self, velocity: &Bound<'_, PyAny>) -> PyResult<()> {
         let velocity = self.vectors("velocity", Some(velocity))?;
+        if self.params.dt.is_none() {
+            let why = "is of no use to a body without time: each of its steps is at rest; make it with dt=..";
+            return Err(refused("velocity", why));
+        }
         self.body.set_velocity(&velocity).map_err(wrong)
     }
 
@@ -192,12 +208,12 @@ impl PyCondenser {
             return Ok(Vec::new());
         };
         let wanted = format!("an array of shape ({}, {})", self.vertices, self.dims);
-        let (values, axes) = rows(field, read(field, &listed(given)?, &wanted)?)?;
-        if axes == self.dims && values.len() == self.vertices * self.dims {
-            Ok(values)
-        } else {
-            Err(refused(field, format!("has another shape; give {wanted}")))
+        let (values, axes): (Vec<f64>, usize) = rows(field, read(field, &listed(given)?, &wanted)?)?;
+        if axes != self.dims || values.len() != self.vertices * self.dims {
+            return Err(refused(field, format!("has another shape; give {wanted}")));
         }
+        finite(field, &values)?;
+        Ok(values)
     }
 
     fn array<'py>(&self, py: Python<'py>, of: &dyn Fn(usize) -> [f64; 3]) -> PyResult<Bound<'py, PyAny>> {

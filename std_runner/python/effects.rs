@@ -33,7 +33,11 @@ pub fn by_keyframe<'py>(
     wanted: &str,
     keyframes: &[usize],
 ) -> PyResult<Vec<(usize, Bound<'py, PyAny>)>> {
-    let pairs = by_step(name, given, wanted)?.into_iter();
+    let pairs = by_step(name, given, wanted)?;
+    if let Some(twice) = pairs.windows(2).find(|two| two[0].0 == two[1].0) {
+        let why = format!("has step {} twice; give each step once", twice[0].0);
+        return Err(refused(name, why));
+    }
     let numbered = |(step, value): (usize, Bound<'py, PyAny>)| {
         let index = keyframes.iter().position(|&keyframe| keyframe == step);
         let why =
@@ -42,7 +46,7 @@ pub fn by_keyframe<'py>(
             .map(|index| (index, value))
             .ok_or_else(|| refused(name, why))
     };
-    pairs.map(numbered).collect()
+    pairs.into_iter().map(numbered).collect()
 }
 
 /// What the data term of each keyframe is multiplied by: 1 where nothing is said.

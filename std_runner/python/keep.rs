@@ -1,7 +1,7 @@
 //! The state of a solve in a file, from which it goes on bit for bit: a word of what it began with, and the core's saved bytes.
 
 use crate::words::{read, refused};
-use pyo3::exceptions::{PyOSError, PyRuntimeWarning};
+use pyo3::exceptions::PyRuntimeWarning;
 use pyo3::prelude::*;
 use std::ffi::CString;
 use std::fs::{self, File};
@@ -100,10 +100,25 @@ impl States {
     }
 }
 
+/// An error of the system in our words, of the kind that Python has for it: `FileNotFoundError` and so on.
+fn failed(error: &io::Error, words: String) -> PyErr {
+    io::Error::new(error.kind(), words).into()
+}
+
 /// Goes on from the state at `path`; `begun` is what `one` was given.
 fn resume(one: &mut dyn Resumable, path: &Path, begun: u64) -> PyResult<()> {
-    let unread =
-        |error: io::Error| PyOSError::new_err(format!("resume: cannot read {}: {error}", path.display()));
+    let damaged = || {
+        refused(
+            "resume",
+            "is damaged or not whole; solve anew, or take an earlier state",
+        )
+    };
+    let unread = |error: io::Error| {
+        if error.kind() == io::ErrorKind::UnexpectedEof {
+            return damaged();
+        }
+        failed(&error, format!("resume: cannot read {}: {error}", path.display()))
+    };
     let mut file = BufReader::new(File::open(path).map_err(unread)?);
     let mut word = [0; 8];
     file.read_exact(&mut word).map_err(unread)?;
@@ -117,12 +132,6 @@ fn resume(one: &mut dyn Resumable, path: &Path, begun: u64) -> PyResult<()> {
         return Err(other());
     }
     let length = file.get_ref().metadata().map_err(unread)?.len();
-    let damaged = || {
-        refused(
-            "resume",
-            "is damaged or not whole; solve anew, or take an earlier state",
-        )
-    };
     if length != 8 + one.saved_bytes() as u64 {
         return Err(damaged());
     }
@@ -144,12 +153,20 @@ impl Keep {
             trouble: None,
         };
         let part = keep.part();
+        let path = keep.path.display();
+        if keep.path.is_dir() || keep.path.file_name().is_none() {
+            return Err(refused(
+                "checkpoint",
+                format!("is the folder {path:?}; give the path of a file"),
+            ));
+        }
         let tried = File::create(&part).and_then(|_| fs::remove_file(&part));
         tried.map_err(|error| {
-            PyOSError::new_err(format!(
-                "checkpoint: cannot write {}: {error}; give a path in a folder that is there",
-                keep.path.display()
-            ))
+            let remedy = "give a path in a folder that is there";
+            failed(
+                &error,
+                format!("checkpoint: cannot write {path}: {error}; {remedy}"),
+            )
         })?;
         Ok(keep)
     }
@@ -184,7 +201,10 @@ impl Keep {
         }
         file.flush()?;
         file.get_ref().sync_all()?;
-        fs::rename(&part, &self.path)
+        fs::rename(&part, &self.path).inspect_err(|_| {
+            // The state before is whole; what of this one cannot be put there is of no use.
+            let _ = fs::remove_file(&part);
+        })
     }
 
     /// Warns where the state could not be kept.

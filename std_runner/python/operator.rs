@@ -8,7 +8,8 @@ use crate::inputs::unusable;
 use crate::operating::About;
 use crate::plan::{Precision, precision};
 use crate::simulating::{Any, Chosen, Planned, STEERS, each};
-use crate::words::{read, refused};
+use crate::steering::OF_FACES;
+use crate::words::{read, refused, whole};
 use crate::worked::Gradient;
 use core::mem::MaybeUninit;
 use pyo3::prelude::*;
@@ -48,8 +49,13 @@ const CONTROL: [&str; 11] = [
 impl PyOperator {
     #[new]
     #[pyo3(signature = (shape, steps, **choices), text_signature = "(shape, steps, *, dtype='float64', dt=1.0, length=1.0, boundary='wall', viscosity=0.0, slip=True, buoyancy=0.0, emitters=None, templates=None, solids=None, advection='limited', advection_tolerance=1e-05, projection_tolerance=1e-05, solver='implicit', options=None, tolerance=1e-10, slots='auto', threads=None, memory_limit=None)")]
-    fn new(shape: &Bound<'_, PyAny>, steps: usize, choices: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+    fn new(
+        shape: &Bound<'_, PyAny>,
+        steps: &Bound<'_, PyAny>,
+        choices: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
         let py = shape.py();
+        let steps = whole("steps", steps)?;
         let shape: Vec<usize> = read(
             "shape",
             shape,
@@ -69,6 +75,12 @@ impl PyOperator {
         let emitters = effects::emitters(Some(&given))?;
         let chosen =
             Chosen::read(["solver", "tolerance", "slots", "options"].map(|name| taken(&given, name)))?;
+        for name in OF_FACES {
+            if chosen.has_centers() && given.contains(name)? {
+                let why = "is of the solver \"implicit\"; Stable Fluids have their own transport and pressure (`options`): take it out";
+                return Err(refused(name, why));
+            }
+        }
         let (choices, [dtype]) = Choices::read(&shape, Vec::new(), &emitters, Some(&given), ["dtype"])?;
         let precision = dtype.map_or(Ok(Precision::Double), |dtype| precision(&dtype))?;
         let plan = Planned::new(&choices, chosen, precision)?;

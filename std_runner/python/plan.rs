@@ -156,7 +156,13 @@ pub fn plan(
         ));
     }
     let mut steps = Vec::new();
-    for step in keyframes.try_iter()? {
+    let each = keyframes.try_iter().map_err(|_| {
+        refused(
+            "keyframes",
+            "cannot be gone through; give the steps, as [6], or the dict that solve takes",
+        )
+    })?;
+    for step in each {
         let step = step?;
         if !step.is_instance_of::<PyInt>() && step.hasattr("__len__")? {
             return Err(refused(

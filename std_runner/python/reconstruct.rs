@@ -1,6 +1,6 @@
 //! Pictures that are being made a density, in a block of their own.
 
-use crate::arrays::{Common, array, numbers, untyped};
+use crate::arrays::{Common, array, density, numbers, untyped};
 use crate::block::Block;
 use crate::cameras::camera;
 use crate::place::Number;
@@ -11,7 +11,10 @@ use numpy::{PyArray1, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
+use std::borrow::Cow;
+use thurible::brightness::{Brightness, Dim};
 use thurible::bytes::{self, grouped};
+use thurible::undershoot::place;
 use thurible_core::tomography::{self, Camera, Reconstruction, Settings, TomographyError};
 use thurible_core::walk::Cells;
 
@@ -50,11 +53,10 @@ impl<'py> Job<'py> {
     pub fn run<T: Number, const D: usize>(mut self, precision: Precision) -> PyResult<Tomography> {
         let (cameras, novel) = (self.see::<D>()?, self.look::<D>()?);
         let pictures = self.measured::<T, D>(&cameras, precision)?;
+        let brightest = self.brightest(&cameras, &pictures)?;
         if self.automatic {
-            let brightest = pictures.iter().flatten().map(|pixel| pixel.to_f64());
             let longest = self.cells.iter().copied().max().unwrap_or(1);
-            self.settings.gamma =
-                Settings::automatic_gamma(self.settings.prior, D, longest, brightest.fold(0.0, f64::max));
+            self.settings.gamma = Settings::automatic_gamma(self.settings.prior, D, longest, brightest);
         }
         let problem = tomography::Tomography {
             cells: Cells {
@@ -150,16 +152,55 @@ impl<'py> Job<'py> {
                     of: "pictures[0]".into(),
                 };
                 let picture = array::<T>(&field, picture, &common)?;
-                let picture = numbers(&picture)?.to_vec();
-                match picture.iter().position(|pixel| !pixel.is_finite()) {
-                    None => Ok(picture),
-                    Some(at) => Err(refused(
+                let odd = numbers(&picture)?.iter().position(|pixel| !pixel.is_finite());
+                if let Some(at) = odd {
+                    let at = place(at, picture.shape());
+                    return Err(refused(
                         &field,
-                        format!("has a pixel ({at}) that is not finite; every one must be"),
-                    )),
+                        format!("has a pixel, {at}, that is not finite; every one must be"),
+                    ));
                 }
+                density(&field, &picture).map(Cow::into_owned)
             })
             .collect()
+    }
+
+    /// The brightest pixel of all pictures, where smoke can be reconstructed from them.
+    fn brightest<T: Number, const D: usize>(
+        &self,
+        cameras: &[Camera<D>],
+        pictures: &[Vec<T>],
+    ) -> PyResult<f64> {
+        let mut brightness = Brightness::new(self.settings.hull_threshold);
+        for frame in 0..self.frames.unwrap_or(1) {
+            let most = cameras.iter().zip(pictures).map(|(camera, picture)| {
+                let own = picture.chunks_exact(camera.len()).nth(frame).unwrap_or_default();
+                own.iter().map(|pixel| pixel.to_f64()).fold(0.0, f64::max)
+            });
+            if let Some(camera) = brightness.add(most) {
+                let why = format!(
+                    "is dark in frame {frame}, where other cameras see smoke: nothing can be where a camera sees none; take the camera out, or check its pictures"
+                );
+                return Err(refused(&format!("pictures[{camera}]"), why));
+            }
+        }
+        brightness.brightest().map_err(|dim| match dim {
+            Dim::Zeros => refused(
+                "pictures",
+                "have nothing but zeros in all frames; there is no smoke to reconstruct: check them",
+            ),
+            Dim::Beyond(brightest) => refused(
+                "pictures",
+                format!("have {brightest:e} as their brightest pixel; 1e-30 to 1e30 can be reconstructed: scale them"),
+            ),
+            Dim::Below(brightest) => refused(
+                "hull_threshold",
+                format!(
+                    "is {}, and the brightest pixel of all pictures {brightest:.4}: no camera sees smoke; it must be below that, and is 0 by default",
+                    self.settings.hull_threshold
+                ),
+            ),
+        })
     }
 
     /// A shape with frames before it, where there are any.

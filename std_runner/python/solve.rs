@@ -117,6 +117,10 @@ impl Job<'_> {
             progress,
             states,
         } = self;
+        if params.method != Method::Guide && inputs.reference.is_some() {
+            let why = "is what method=\"guide\" follows; take that method, or leave it out";
+            return Err(refused("reference", why));
+        }
         if params.method == Method::Guide && inputs.reference.is_none() {
             return Err(refused(
                 "reference",

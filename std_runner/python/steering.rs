@@ -43,6 +43,12 @@ pub fn stable_fluids<'py>(
             given.del_item(name)?;
         }
     }
+    for name in OF_FACES {
+        if given.contains(name)? {
+            let why = "is of the flow at faces; stable_fluids has its own transport and pressure (`options`): take it out";
+            return Err(refused(name, why));
+        }
+    }
     let emitters = effects::emitters(Some(&given))?;
     let steps = keyframes.iter().map(|(step, _)| *step).collect();
     let [checkpoint, every, resume] = keep::ARGUMENTS;
@@ -90,6 +96,9 @@ pub fn stable_fluids<'py>(
         (_, Precision::Double) => job.run::<f64, D3>(py),
     }
 }
+
+/// What belongs to the solver of faces.
+pub const OF_FACES: [&str; 3] = ["advection", "advection_tolerance", "projection_tolerance"];
 
 /// A word, or a list of them.
 fn controls(given: &Bound<'_, PyAny>) -> PyResult<Controls> {

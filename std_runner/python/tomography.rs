@@ -5,10 +5,11 @@ use crate::inputs::precision_of;
 use crate::plan::Precision;
 use crate::reconstruct::Job;
 use crate::reconstructed::Tomography;
-use crate::words::{flag, is_automatic, number, read, refused, unknown, word};
+use crate::words::{flag, is_automatic, number, read, refused, unknown, whole_if_any, word};
 use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
+use thurible_core::Named;
 use thurible_core::tomography::Settings;
 
 /// Finds the density of smoke in `cells` = (nx, ny) or (nx, ny, nz) from one picture of each camera, or from as many frames of each.
@@ -20,14 +21,15 @@ use thurible_core::tomography::Settings;
 pub fn tomography<'py>(
     pictures: Vec<Bound<'py, PyAny>>,
     cameras: Vec<Bound<'py, PyAny>>,
-    cells: Vec<usize>,
+    cells: &Bound<'py, PyAny>,
     novel: Option<Vec<Bound<'py, PyAny>>>,
     method: Option<Bound<'py, PyAny>>,
     prior: Option<Bound<'py, PyAny>>,
     gamma: Option<Bound<'py, PyAny>>,
     options: Option<Bound<'py, PyAny>>,
-    memory_limit: Option<usize>,
+    memory_limit: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Tomography> {
+    let cells: Vec<usize> = read("cells", cells, "(nx, ny) or (nx, ny, nz)")?;
     if !(2..=3).contains(&cells.len()) {
         return Err(refused(
             "cells",
@@ -71,6 +73,13 @@ pub fn tomography<'py>(
             _ => set(&mut settings, &name, &value)?,
         }
     }
+    if volume == Some(false) && settings.prior.on_images().is_none() {
+        let prior = settings.prior.name();
+        let why = format!(
+            "is False, but the prior {prior} is on the volume; take image_tv or image_sad, or leave it out"
+        );
+        return Err(refused("volume", why));
+    }
     settings.volume = volume.unwrap_or(settings.prior.on_images().is_none());
     let found = untyped("pictures[0]", first)?;
     let (axes, shape) = (found.ndim(), found.shape().to_vec());
@@ -89,7 +98,7 @@ pub fn tomography<'py>(
         cells,
         settings,
         automatic,
-        memory_limit,
+        memory_limit: whole_if_any("memory_limit", memory_limit.as_ref())?,
     };
     match (job.cells.len(), precision) {
         (2, Precision::Single) => job.run::<f32, 2>(precision),

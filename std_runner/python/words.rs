@@ -21,7 +21,7 @@ pub fn read<'a, 'py, V: FromPyObject<'a, 'py>>(
         let error: PyErr = error.into();
         let given = value
             .repr()
-            .map_or_else(|_| "something".into(), |text| text.to_string());
+            .map_or_else(|_| "something".into(), |text| shortened(&text.to_string()));
         let sentence = format!("{field} is {given}, but must be {wanted}; change it to that");
         if error.is_instance_of::<PyOverflowError>(value.py()) {
             PyValueError::new_err(sentence)
@@ -31,9 +31,27 @@ pub fn read<'a, 'py, V: FromPyObject<'a, 'py>>(
     })
 }
 
+/// The most characters of a value that a refusal shows.
+const SHOWN: usize = 60;
+
+/// The beginning of what a value is written as: of an array that would be all its numbers.
+fn shortened(text: &str) -> String {
+    let mut line = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    if let Some((end, _)) = line.char_indices().nth(SHOWN) {
+        line.truncate(end);
+        line.push_str(" ..");
+    }
+    line
+}
+
 /// A whole number from 0.
 pub fn whole(field: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
     read(field, value, "a whole number from 0")
+}
+
+/// The same, or `None` where there is none.
+pub fn whole_if_any(field: &str, value: Option<&Bound<'_, PyAny>>) -> PyResult<Option<usize>> {
+    value.map(|value| whole(field, value)).transpose()
 }
 
 /// A number.
@@ -105,7 +123,10 @@ pub fn plan_refused(error: PlanError) -> PyErr {
         PlanError::TooLarge => PyMemoryError::new_err(error.to_string()),
         // Their words have the remedy.
         PlanError::Problem(
-            ProblemError::Unfit { .. } | ProblemError::MassUnknown { .. } | ProblemError::SolidScheme,
+            ProblemError::Unfit { .. }
+            | ProblemError::MassLeaves
+            | ProblemError::MassUnknown { .. }
+            | ProblemError::SolidScheme,
         ) => PyValueError::new_err(error.to_string().replace("= false", "= False")),
         // The core's words for arguments that Python spells otherwise.
         other => PyValueError::new_err(format!(

@@ -14,6 +14,7 @@ use crate::plan::size_in_words;
 use crate::problem::Precision;
 use crate::progress::{Clock, Display, Mode};
 use crate::region::{Region, touch};
+use crate::report::count;
 use crate::{address_space, bytes, console, report, threads};
 use serde_json::json;
 use thurible_core::tomography::{Camera, Tomography};
@@ -119,7 +120,7 @@ fn announce<T: Real>(views: &Views, plan: &Plan, watch: &Watch) {
         json!({ "planned_bytes": plan.block(), "result_bytes": plan.beside, "frames": views.frames }),
     );
     watch.display.note(&format!(
-        "{} by {}: {} cells, {} cameras, {} frames, prior {} (gamma {:.3e}), {:.3e} mutations a frame, {} bytes ({}) in {}, {} threads",
+        "{} by {}: {} cells, {} cameras, {} frames, prior {} (gamma {:.3e}), {:.3e} mutations a frame, {} bytes ({}) in {}, {}",
         views.document.path().display(),
         settings.method.name(),
         size_in_words(&views.cells),
@@ -131,7 +132,7 @@ fn announce<T: Real>(views: &Views, plan: &Plan, watch: &Watch) {
         bytes::grouped(plan.block()),
         bytes::rounded(plan.block()),
         T::NAME,
-        plan.threads
+        count(plan.threads, "thread")
     ));
     views.notes.iter().for_each(|note| watch.display.note(note));
 }

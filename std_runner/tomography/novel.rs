@@ -49,7 +49,7 @@ pub(super) fn pictures(
         } else {
             "one row of pixels, in a plane"
         };
-        let why = format!("has pictures of shape {:?}, where one has {wanted}; save them so, or make the box another by `grid.cells`", first.shape);
+        let why = format!("has pictures of shape {:?}, where one has {wanted}; save them so, or make the box another by `box.cells`", first.shape);
         document.refuse(key, why)
     })?;
     Ok((source, pixels))

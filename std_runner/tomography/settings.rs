@@ -4,7 +4,7 @@ use super::raw::RawSettings;
 use crate::exit::Failure;
 use crate::scene::Document;
 use thurible_core::Named;
-use thurible_core::tomography::{Settings, TomographyError};
+use thurible_core::tomography::{Method, Settings, TomographyError};
 use toml::Value;
 
 /// The settings, and whether gamma is still to be found from the pictures.
@@ -64,6 +64,13 @@ pub(super) fn chosen(
     })
 }
 
+/// What is said of choices of the walk where it does not reconstruct.
+pub(super) fn unheard(settings: &Settings, raw: &RawSettings) -> Option<String> {
+    let given = raw.prior.is_some() || raw.gamma.is_some();
+    (settings.method == Method::Sart && given)
+        .then(|| "`tomography.prior` and `tomography.gamma` are the walk's, and do nothing with sart".into())
+}
+
 fn word<T: Named>(document: &Document, key: &str, found: Option<&str>, default: T) -> Result<T, Failure> {
     found.map_or(Ok(default), |found| {
         T::from_name(found).map_err(|allowed| {
@@ -94,6 +101,6 @@ fn whole(document: &Document, found: f64) -> Result<u64, Failure> {
     if (1.0..1e15).contains(&found) {
         return Ok(found as u64);
     }
-    let why = format!("is {found}; write a number of mutations from 1 on, as in 6e6");
+    let why = format!("is {found}; write a number of mutations from 1 to 1e15, as in 6e6");
     Err(document.refuse("tomography.budget", why))
 }

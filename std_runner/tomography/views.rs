@@ -4,22 +4,19 @@ use super::cameras::{Optics, optics};
 use super::novel::{Novel, pictures, size_of};
 use super::place::{Place, place, positive};
 use super::raw::{RawCamera, RawTruth, RawViews};
-use super::settings::{Chosen, chosen};
+use super::settings::{Chosen, chosen, unheard};
 use super::sources::{Source, light, refuse};
+use crate::brightness::{Brightness, Dim};
 use crate::deblur::Light;
 use crate::exit::Failure;
 use crate::keyframes::{Measured, Measurements, is_picture};
 use crate::scene::{Document, read};
-use core::ops::RangeInclusive;
 use std::path::Path;
 use thurible_core::tomography::Settings;
 use toml::Value;
 
 /// The file that is looked for in a folder of views.
 pub(super) const FILE: &str = "views.toml";
-
-/// How bright the brightest pixel may be: far enough from what single precision does not hold.
-const LIGHT: RangeInclusive<f64> = 1e-30..=1e30;
 
 /// What a file of views says.
 pub(super) struct Views {
@@ -71,6 +68,11 @@ impl Views {
         let raw: RawViews = read(&document, "", Value::Table(document.table().clone()))?;
         let (place, cells) = place(&document, &raw.r#box)?;
         let light = light(&document, raw.pictures.light.as_deref())?;
+        if raw.camera.is_empty() {
+            let why =
+                "is empty: there is no [[camera]]; write one for each camera, as `thurible photograph` does";
+            return Err(document.refuse("camera", why));
+        }
         let mut cameras = Vec::new();
         for (number, camera) in raw.camera.iter().enumerate() {
             cameras.push(view(&document, number, camera, (&place, light))?);
@@ -90,7 +92,7 @@ impl Views {
             novel: Vec::new(),
             settings,
             truth: None,
-            notes: Vec::new(),
+            notes: unheard(&settings, &raw.tomography).into_iter().collect(),
             document,
         };
         views.count(raw.pictures.last)?;
@@ -144,9 +146,9 @@ impl Views {
 
     /// Looks at every picture once: sizes, numbers, and how bright they are.
     fn look(&mut self, automatic_gamma: bool) -> Result<(), Failure> {
-        let (mut brightest, mut notes) = (0.0_f64, Vec::new());
+        let (mut brightness, mut notes) = (Brightness::new(self.settings.hull_threshold), Vec::new());
         for frame in 0..self.frames {
-            let mut dark = Vec::new();
+            let mut most = Vec::new();
             for view in &self.cameras {
                 let picture = self.picture(view, frame)?;
                 notes.extend(
@@ -154,15 +156,9 @@ impl Views {
                         .note
                         .map(|note| format!("{} {note}", view.source.shown(self.first + frame))),
                 );
-                let most = picture.values.iter().copied().fold(0.0, f64::max);
-                brightest = brightest.max(most);
-                if !(most > self.settings.hull_threshold) {
-                    dark.push(view);
-                }
+                most.push(picture.values.iter().copied().fold(0.0, f64::max));
             }
-            if let Some(view) = dark.first()
-                && dark.len() < self.cameras.len()
-            {
+            if let Some(view) = brightness.add(most).and_then(|dark| self.cameras.get(dark)) {
                 let why = format!(
                     "(\"{}\") is dark in frame {}, where other cameras see smoke: nothing can be where a camera sees none; take the camera out, or check `{}`",
                     view.name,
@@ -172,30 +168,36 @@ impl Views {
                 return Err(self.document.refuse(&view.key, why));
             }
         }
-        if !(brightest > 0.0) {
-            let why = "have nothing but zeros in all frames; there is no smoke to reconstruct: check the files and `pictures.scale`";
-            return Err(self.document.refuse("camera", why));
-        }
-        if !LIGHT.contains(&brightest) {
-            let why = format!(
-                "have {brightest:e} as their brightest pixel; 1e-30 to 1e30 can be reconstructed: set `pictures.scale`"
-            );
-            return Err(self.document.refuse("camera", why));
-        }
-        let threshold = self.settings.hull_threshold;
-        if brightest <= threshold {
-            let why = format!(
-                "is {threshold}, and the brightest pixel of all pictures {brightest:.4}: no camera sees smoke; it must be below that, and is 0 by default"
-            );
-            return Err(self.document.refuse("tomography.hull_threshold", why));
-        }
+        let brightest = brightness.brightest().map_err(|dim| self.too_dim(dim))?;
         if automatic_gamma {
             let (prior, dims) = (self.settings.prior, self.cells.len());
             let longest = self.cells.iter().copied().max().unwrap_or(1);
             self.settings.gamma = Settings::automatic_gamma(prior, dims, longest, brightest);
         }
-        self.notes = notes;
+        self.notes.extend(notes);
         Ok(())
+    }
+
+    fn too_dim(&self, dim: Dim) -> Failure {
+        match dim {
+            Dim::Zeros => {
+                let why = "have nothing but zeros in all frames; there is no smoke to reconstruct: check the files and `pictures.scale`";
+                self.document.refuse("camera", why)
+            }
+            Dim::Beyond(brightest) => {
+                let why = format!(
+                    "have {brightest:e} as their brightest pixel; 1e-30 to 1e30 can be reconstructed: set `pictures.scale`"
+                );
+                self.document.refuse("camera", why)
+            }
+            Dim::Below(brightest) => {
+                let threshold = self.settings.hull_threshold;
+                let why = format!(
+                    "is {threshold}, and the brightest pixel of all pictures {brightest:.4}: no camera sees smoke; it must be below that, and is 0 by default"
+                );
+                self.document.refuse("tomography.hull_threshold", why)
+            }
+        }
     }
 
     /// The picture of a camera in a frame, in density times cells.
@@ -233,7 +235,7 @@ impl Views {
         let found = truth.read(0).map_err(&failed)?;
         if found.shape != shape {
             let why = format!(
-                "has frames of {:?} cells, and the box has {shape:?}; give the box as many by `grid.cells`, or leave the truth out",
+                "has frames of {:?} cells, and the box has {shape:?}; give the box as many by `box.cells`, or leave the truth out",
                 found.shape
             );
             return Err(self.document.refuse("truth", why));

@@ -65,7 +65,14 @@ impl<T: Real> Outcome<'_, T> {
                 )
             })
         };
-        self.frames.iter().enumerate().filter_map(doubt).collect()
+        // The frame that an interrupt cut short says nothing of the cameras.
+        let whole = self.frames.len().saturating_sub(usize::from(self.interrupted));
+        self.frames
+            .iter()
+            .take(whole)
+            .enumerate()
+            .filter_map(doubt)
+            .collect()
     }
 
     fn settings(&self) -> Value {

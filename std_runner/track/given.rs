@@ -4,6 +4,7 @@ use super::emission::Emission;
 use super::files::{self, Found, KEY, TRUTH, refused};
 use super::scene::CaptureScene;
 use crate::change::{self, Change};
+use crate::channels::has_channels;
 use crate::exit::Failure;
 use crate::keyframes::{Frames, Series, ends_with};
 use crate::plan::size_in_words;
@@ -292,11 +293,6 @@ impl Given {
         shape.reverse();
         shape
     }
-}
-
-/// Whether a frame of these cells along x, y, z is a picture with its channels last: no volume is so thin along x alone.
-fn has_channels(cells: &[usize]) -> bool {
-    matches!(cells, &[channels @ (3 | 4), width, height] if width.min(height) > channels)
 }
 
 /// Whether a frame is a file of a volume, which has no channels.

@@ -1,6 +1,7 @@
 //! The capture file: which frames, of what box, tracked how. Where a command names the frames themselves it is made up.
 
 use crate::exit::Failure;
+use crate::owned::UNITS;
 use crate::scene::{Document, choose, read, shown};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -139,10 +140,13 @@ impl CaptureScene {
         let capture = raw.capture.unwrap_or_default();
         let remedy = "write files = \"frames/*.npy\", or the name of an .npz that holds `density`";
         let files = document.required("capture.files", capture.files, remedy)?;
-        let positive = |key: &str, given: Option<f64>| {
-            given
-                .map(|given| document.number(key, given, Numbers::Positive))
-                .transpose()
+        let positive = |key: &str, given: Option<f64>| match given {
+            Some(given) if given > 0.0 && !UNITS.contains(&given) => {
+                let (least, most) = (UNITS.start(), UNITS.end());
+                Err(document.outside(key, given, format!("a number from {least:e} to {most:e}")))
+            }
+            Some(given) => document.number(key, given, Numbers::Positive).map(Some),
+            None => Ok(None),
         };
         let mut track: Table = raw
             .track
@@ -246,6 +250,10 @@ fn last(document: &Document, raw: Option<Value>) -> Result<Option<usize>, Failur
     match raw {
         None => Ok(None),
         Some(Value::String(word)) if word == "end" => Ok(None),
+        Some(other @ Value::String(_)) => {
+            let wanted = format!("\"end\" or a whole number from 1 to {MOST_FRAMES}");
+            Err(document.outside("capture.last", shown(&other), wanted))
+        }
         Some(other) => document
             .whole_value("capture.last", &other, 1..=MOST_FRAMES)
             .map(Some),

@@ -100,7 +100,12 @@ def main():
             data += 0.5 * ((q - shown) ** 2).sum()
             square += (q**2).sum()
             off += ((image - shown) ** 2).sum()
-        last = [entry for entry in report["history"] if entry["frame"] == frame][-1]
+        entries = [entry for entry in report["history"] if entry["frame"] == frame]
+        if not entries:
+            if p.any():
+                fail(f"frame {frame}: no iteration, and there is smoke")
+            continue
+        last = entries[-1]
         digits = 1e-3 if report["precision"] == "f32" else 1e-6
         close("data", last["data"], data, digits)
         close("residual", last["residual_relative"], np.sqrt(2 * data / square), digits)

@@ -386,7 +386,9 @@ class Condense(unittest.TestCase):
         for words, act in [
             ("shift has another shape", lambda: body.step(np.zeros((3, 2)))),
             ("gravity has 3 numbers", lambda: body.step(gravity=[0.0, 0.0, 1.0])),
-            ("cannot be used", lambda: body.set_velocity(np.zeros((25, 2)))),
+            ("velocity is of no use to a body without time", lambda: body.set_velocity(np.zeros((25, 2)))),
+            ("shift has a number, the one after 7 others, that is not finite", lambda: body.step(np.where(np.arange(50) == 7, np.nan, 0.0).reshape(25, 2))),
+            ("gravity has a number", lambda: body.step(gravity=[0.0, np.nan])),
             ("elements has 2 columns; give 3", lambda: thurible_smoke.Condenser(np.eye(3)[:, :2], [[0, 1], [1, 2], [2, 0]], [True, False, False])),
             ("elements has 3 columns; give 4", lambda: thurible_smoke.Condenser(np.eye(3), [[0, 1, 2]], [True, False, False])),
             ("hold", lambda: thurible_smoke.Condenser(np.eye(3)[:, :2], [[2, 0, 1]], [False] * 3)),

@@ -422,7 +422,7 @@ class Effects(unittest.TestCase):
         for boundary, found in closed:
             walls = found.velocity[1][:, -1 if boundary == "open_low" else 0]
             self.assertEqual(np.abs(walls).max(), 0)
-        with self.assertRaisesRegex(ValueError, "match_mass = false"):
+        with self.assertRaisesRegex(ValueError, "match_mass = False"):
             thurible_smoke.solve(self.below, {8: self.above}, boundary="open")
         with self.assertRaisesRegex(ValueError, "the method admm knows no open sides"):
             thurible_smoke.solve(self.below, {8: self.above}, boundary="open", match_mass=False, method="admm")
@@ -741,6 +741,9 @@ class Refusals(unittest.TestCase):
             ({"schedule": [(1, 1.0), (1, 2.0)]}, "the schedule's step 1 is not after the one before it"),
             ({"weights": {6: -1.0}}, r"weights\[6\] is -1; it must be positive"),
             ({"weights": {5: 1.0}}, "weights has step 5, where no keyframe stands; give a step of keyframes"),
+            ({"weights": [(6, 1.0), (6, 9.0)]}, "weights has step 6 twice; give each step once"),
+            ({"emitters": [{**plume, "rate": None, "target": 1.0}]}, "take match_mass = False"),
+            ({"boundary": "open"}, "take match_mass = False"),
             ({"regions": {5: self.target}}, "regions has step 5, where no keyframe stands"),
             ({"regions": {6: self.target[1:]}}, r"regions\[6\] has shape"),
             ({"regions": {6: self.target + 1}}, r"regions\[6\] cannot be used: value \d+ is above 1"),
@@ -755,6 +758,11 @@ class Refusals(unittest.TestCase):
         self.refuse(TypeError, r"emitters\[0\]..from.\] is 'soon', but must be a whole number from 0", emitters=[{**plume, "from": "soon"}])
         self.refuse(TypeError, "buoyancy is 'up', but must be a number, or a sequence of 2", buoyancy="up")
         self.refuse(TypeError, "regions is True, but must be a dict", regions=True)
+        for name in ("solids", "mask"):
+            with self.assertRaisesRegex(TypeError, f"{name} is 'no', but must be an array, or where a plan is made True or False"):
+                thurible_smoke.plan((12, 12), [6], **{name: "no"})
+        with self.assertRaisesRegex(ValueError, "keyframes cannot be gone through; give the steps"):
+            thurible_smoke.plan((12, 12), 6)
 
     def test_types(self):
         self.refuse(TypeError, "dt is 'soon', but must be a number", dt="soon")
@@ -848,6 +856,12 @@ class Track(unittest.TestCase):
             (ValueError, "frames has dtype float16; .*astype", {"frames": frames.astype(np.float16)}),
             (ValueError, "must be .direct. or", {"method": "magic"}),
             (TypeError, "there is no option of this method gravity", {"options": {"gravity": 1}}),
+            (ValueError, "method.* is an argument of its own", {"options": {"method": "horn_schunck"}}),
+            (ValueError, "has 4 values along its last axis, which looks like colour", {"frames": np.repeat(frames[..., None], 4, -1)}),
+            (ValueError, "threads is -1, but must be", {"threads": -1}),
+            (ValueError, "memory_limit is 11805.*, but must be", {"memory_limit": 2**70}),
+            (TypeError, "length is 'x', but must be a number", {"length": "x"}),
+            (TypeError, "initial_velocity is 's', but must be a tuple of arrays", {"initial_velocity": "s"}),
             (MemoryError, "memory_limit", {"memory_limit": 1000}),
         ]:
             with self.assertRaisesRegex(error, words):
@@ -929,7 +943,17 @@ class Tomography(unittest.TestCase):
             (ValueError, "cells is", {"cells": [4]}),
             (ValueError, r"pictures\[0\] has dtype uint8; .*astype", {"pictures": [np.uint8(picture) for picture in pictures]}),
             (ValueError, r"pictures\[1\] has dtype float32 where pictures\[0\] has float64", {"pictures": [pictures[0], pictures[1].astype(np.float32)]}),
-            (ValueError, "has a pixel .7. that is not finite", {"pictures": [pictures[0], np.where(np.arange(self.width) == 7, np.nan, pictures[1])]}),
+            (ValueError, "has a pixel, .7., that is not finite", {"pictures": [pictures[0], np.where(np.arange(self.width) == 7, np.nan, pictures[1])]}),
+            (ValueError, r"pictures\[1\] holds -\d.*numpy.maximum", {"pictures": [pictures[0], pictures[1] - 1]}),
+            (ValueError, r"pictures\[0\] is dark in frame 0", {"pictures": [0 * pictures[0], pictures[1]]}),
+            (ValueError, "nothing but zeros", {"pictures": [0 * picture for picture in pictures]}),
+            (ValueError, "hull_threshold is 1000,", {"options": {"hull_threshold": 1000.0}}),
+            (ValueError, r"cells is -1|cells is \(-1", {"cells": (-1, 4)}),
+            (ValueError, "memory_limit is -1", {"memory_limit": -1}),
+            (ValueError, r'cameras\[1\]."across". is 2.0.* long, and must be 1.0', {"cameras": [cameras[0], {**cameras[1], "across": [2.0, 0.0]}]}),
+            (ValueError, "give 2 finite numbers", {"cameras": [cameras[0], {**cameras[1], "across": [1.0, 0.0, 7.0]}]}),
+            (ValueError, "forward.* is 0.0", {"cameras": [cameras[0], {**cameras[1], "forward": [0.0, 0.0]}]}),
+            (ValueError, "pitch.* must be positive", {"cameras": [cameras[0], {**cameras[1], "pitch": -1}]}),
             (ValueError, "sees nothing of the box", {"cameras": [cameras[0], {**cameras[1], "at": [1000.0]}]}),
             (ValueError, "is missing", {"cameras": [cameras[0], {"kind": "orthographic"}]}),
             (TypeError, "named colour", {"cameras": [cameras[0], {**cameras[1], "colour": 1}]}),
@@ -940,6 +964,14 @@ class Tomography(unittest.TestCase):
         ]:
             with self.assertRaisesRegex(error, words):
                 thurible_smoke.tomography(**{"pictures": pictures, "cameras": cameras, "cells": cells, **given})
+
+    def test_what_is_a_little_below_zero_becomes_zero(self):
+        cameras = [self.camera(np.pi * k / 4) for k in range(4)]
+        pictures = [self.chords(camera) for camera in cameras]
+        noisy = [np.where(picture == 0, -1e-3, picture) for picture in pictures]
+        with self.assertWarnsRegex(UserWarning, r"pictures\[\d\] holds .* below 0.* they become 0"):
+            found = thurible_smoke.tomography(noisy, cameras, (self.side, self.side), options={"budget": 1e4})
+        np.testing.assert_array_equal(found.density, thurible_smoke.tomography(pictures, cameras, (self.side, self.side), options={"budget": 1e4}).density)
 
 
 class States(unittest.TestCase):
@@ -968,12 +1000,15 @@ class States(unittest.TestCase):
                 move((12, 10), np.float32, 4, resume=state, force_weight=3.0)
             with self.assertRaisesRegex(ValueError, "other arrays or choices"):
                 thurible_smoke.solve(np.ones((12, 10), np.float32), {4: np.eye(12, 10, dtype=np.float32)}, resume=state)
-            for damaged in [whole[:-1], whole[:100], whole + b"0", whole[:1500] + bytes([whole[1500] ^ 1]) + whole[1501:]]:
+            for damaged in [b"", whole[:5], whole[:-1], whole[:100], whole + b"0", whole[:1500] + bytes([whole[1500] ^ 1]) + whole[1501:]]:
                 state.write_bytes(damaged)
                 with self.assertRaisesRegex(ValueError, "damaged"):
                     move((12, 10), np.float32, 4, resume=state, iterations=4)
-            with self.assertRaises(OSError):
+            with self.assertRaises(FileNotFoundError):
                 move((12, 10), np.float32, 4, resume=state.with_name("none"))
+            for place in (folder, ".", ""):
+                with self.assertRaisesRegex(ValueError, "checkpoint is the folder"):
+                    move((12, 10), np.float32, 4, checkpoint=place)
             # A place that cannot be written to is refused before the solve; one that goes meanwhile is told of, also where the solve is interrupted.
             place = pathlib.Path(folder) / "place"
             with self.assertRaisesRegex(OSError, "checkpoint: cannot write .*a folder that is there"):

@@ -234,7 +234,7 @@ class Tomography:
 
     @property
     def density(self) -> Numbers | None:
-        """Of shape (ny, nx) or (nz, ny, nx), after frames where there are some; None where options say volume False."""
+        """Of shape (ny, nx) or (nz, ny, nx), after frames where there are some; None where options say volume False, as priors of pictures can."""
     @property
     def reprojected(self) -> tuple[Numbers, ...]:
         """What each camera would see of it."""
@@ -421,7 +421,7 @@ class Solution:
         """Why the solve stopped."""
     @property
     def history(self) -> list[Progress]:
-        """All iterations."""
+        """All iterations, of a solve that went on from a state those since then."""
     @property
     def keyframe_steps(self) -> list[int]:
         """Steps of the keyframes, ascending."""
@@ -480,7 +480,7 @@ class StableFluids:
         """Why the search stopped."""
     @property
     def history(self) -> list[Progress]:
-        """All iterations."""
+        """All iterations, of a solve that went on from a state those since then."""
     @property
     def mass_factors(self) -> list[float]:
         """By how much each keyframe was scaled to the mass of the source."""
@@ -543,7 +543,8 @@ class Condenser:
     def step(self, shift: Numbers | None = None, gravity: Sequence[float] | None = None) -> dict[str, Any]:
         """The next step: "status", "iterations", "builds", and arrays "energy", "residual", "length" before each iteration and at the end.
 
-        Every vertex, held or not, is moved by shift first, (vertices, axes)."""
+        Every vertex, held or not, is moved by shift first, (vertices, axes). One that Ctrl-C ends counts as done, as far as it came: `steps` says so, and
+        `step()` without a shift goes on from there."""
     def set_velocity(self, velocity: Numbers) -> None:
         """Gives free vertices a velocity before an implicit step."""
     @property

@@ -48,3 +48,12 @@ class Last:
                 self._run(inputs)
             found = self.operator.vjp(density, velocity)
         return (found.density, *found.velocity, *found.forces)
+
+
+def by_axis(name, parts, dims):
+    """The arrays of a vector field, one for each of `dims` axes; None for each where there are none."""
+    if parts is None:
+        return [None] * dims
+    if len(parts) != dims:
+        raise ValueError(f"{name} has {len(parts)} parts; give a tuple of {dims} arrays, along x, y and so on")
+    return list(parts)

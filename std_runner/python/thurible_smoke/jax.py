@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ._last import Last
+from ._last import Last, by_axis
 
 __all__ = ["simulation"]
 
@@ -44,7 +44,7 @@ def simulation(operator):
     run.defvjp(lambda *values: (forward(*values), values), back)
 
     def simulate(density, velocity=None, forces=None):
-        given = [density, *(velocity or [None] * dims), *(forces or [None] * dims)]
+        given = [density, *by_axis("velocity", velocity, dims), *by_axis("forces", forces, dims)]
         values = [jnp.zeros(place.shape, dtype) if value is None else jnp.asarray(value, dtype) for value, place in zip(given, inputs, strict=True)]
         for value, place in zip(values, inputs):
             if value.shape != place.shape:

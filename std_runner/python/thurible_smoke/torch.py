@@ -13,7 +13,7 @@ from __future__ import annotations
 import torch
 from torch.autograd.function import once_differentiable
 
-from ._last import Last
+from ._last import Last, by_axis
 
 __all__ = ["simulation"]
 
@@ -46,7 +46,7 @@ def simulation(operator):
     shapes = [last.shape, *last.faces, *((last.steps, *faces) for faces in last.faces)]
 
     def simulate(density, velocity=None, forces=None):
-        given = [density, *(velocity or [None] * dims), *(forces or [None] * dims)]
+        given = [density, *by_axis("velocity", velocity, dims), *by_axis("forces", forces, dims)]
         device = density.device
         values = [
             torch.zeros(shape, dtype=dtype, device=device) if value is None else value.to(dtype) for value, shape in zip(given, shapes, strict=True)
