@@ -269,7 +269,7 @@ fn smaller(ways: &mut Vec<String>, planned: &Planned, limit: usize) {
     if planned.problem.share.is_some() {
         ways.push("take more ranks".into());
     }
-    if planned.windows.is_none() {
+    if planned.windows.is_none() && planned.params.method != Method::Guide {
         ways.push("solve it in parts by `method.window`".into());
     }
 }

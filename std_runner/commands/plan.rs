@@ -260,12 +260,12 @@ fn other_fields(other: &Other) -> Value {
 fn print_plan(scene: &Scene, planned: &Planned, others: &[Other]) {
     let plan = &planned.plan;
     print(&format!(
-        "{}: {} cells, {} steps, {}, {} threads, method {}",
+        "{}: {} cells, {} steps, {}, {}, method {}",
         scene.document.path().display(),
         size_in_words(&planned.problem.cells),
         planned.problem.steps,
         planned.precision.name(),
-        planned.params.threads,
+        count(planned.params.threads, "thread"),
         planned.params.method.name()
     ));
     if let Some(Windows { length, stride }) = planned.windows {

@@ -133,7 +133,7 @@ pub(super) fn mesh(document: &Document, raw: RawMesh, most: usize) -> Result<Own
     let regular = regular.ok_or_else(|| {
         document.refuse(
             key,
-            format!("is {given:?} with size {size:?}; give two or three whole numbers from 1 (a rod: one), and as many sizes above 0"),
+            format!("is {given:?} with size {size:?}; give two or three whole numbers from 1 (a rod: one), of no more than 22 million vertices in all, and as many sizes above 0 in `mesh.size`"),
         )
     })?;
     let needed = bytes_of(regular.dims(), regular.vertices(), regular.elements());

@@ -106,6 +106,15 @@ fn sweeps(document: &Document) -> Result<Vec<(usize, RawSweep)>, Failure> {
         return Ok(Vec::new());
     };
     let sweeps: Vec<RawSweep> = read(document, "sweep", raw.clone())?;
+    for (index, sweep) in sweeps.iter().enumerate() {
+        if sweeps.iter().take(index).any(|other| other.key == sweep.key) {
+            let why = format!(
+                "is {}, which is swept before; give all its values in one list",
+                sweep.key
+            );
+            return Err(document.refuse(&format!("sweep[{index}].key"), why));
+        }
+    }
     let set: Vec<&str> = document
         .assignments()
         .filter_map(|set| Some(set.split_once('=')?.0.trim()))

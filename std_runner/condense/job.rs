@@ -8,6 +8,7 @@ use crate::interrupt::Interrupt;
 use crate::problem::Precision;
 use crate::progress::{Clock, Display, in_words};
 use crate::region::{Region, touch};
+use crate::report::count;
 use crate::threads;
 use core::mem::MaybeUninit;
 use core::ops::ControlFlow;
@@ -130,14 +131,14 @@ fn announce(case: &Case, variant: &Variant, planned: &Planned, listeners: Listen
         format!("{}: ", case.label)
     };
     listeners.display.note(&format!(
-        "{label}{}: {} vertices, {} elements, {} bytes ({}) in {}, {} threads",
+        "{label}{}: {} vertices, {} elements, {} bytes ({}) in {}, {}",
         variant.name,
         mesh.held.len(),
         mesh.mesh().count(),
         grouped(planned.bytes()),
         rounded(planned.bytes()),
         listeners.precision.name(),
-        planned.params.threads
+        count(planned.params.threads, "thread")
     ));
 }
 

@@ -4,11 +4,12 @@ use super::cases::{Case, Variant};
 use crate::bytes::{self, grouped, rounded};
 use crate::console::print;
 use crate::exit::Failure;
-use crate::ledger::{over, print_ledger};
+use crate::ledger::{over, print_least, print_ledger};
 use crate::plan::PlanOptions;
 use crate::problem::Precision;
 use crate::progress::{Display, Mode};
 use crate::region::MARGIN;
+use crate::report::count;
 use crate::threads;
 use serde_json::{Value, json};
 use thurible_core::condense::{CondenseError, CondenseParams, CondensePlan, Order, Topology, Update};
@@ -221,15 +222,17 @@ pub(super) fn print_plan(case: &Case, options: &PlanOptions, mode: Mode) -> Resu
             format!(", {}", case.label)
         };
         print(&format!(
-            "{}{label}: {}, {}, {} threads",
+            "{}{label}: {}, {}, {}",
             case.document.path().display(),
             variant.name,
             options.precision.name(),
-            planned.params.threads
+            count(planned.params.threads, "thread")
         ));
         let lines = planned.ledger();
         let lines = lines.iter().map(|line| (line.name, line.bytes, line.depth));
-        print_ledger(lines, planned.bytes(), ", whatever the number of steps\n");
+        print_ledger(lines, planned.bytes(), ", whatever the number of steps");
+        print_least(planned.bytes());
+        print("");
     }
     for (name, bytes) in beside(case, options)? {
         print(&format!("{:>18}  {name} ({})", grouped(bytes), rounded(bytes)));

@@ -5,7 +5,7 @@ use super::page::{self, Record, StepRecord};
 use super::place::{Job, problem, solid};
 use super::request::Request;
 use super::walk::Walk;
-use crate::bytes::{self, rounded};
+use crate::bytes::{self, grouped, rounded};
 use crate::destination::Destination;
 use crate::exit::{Failure, code_of_result};
 use crate::interrupt::Interrupt;
@@ -14,7 +14,7 @@ use crate::plan::size_in_words;
 use crate::problem::Precision;
 use crate::progress::{Clock, Display, in_words};
 use crate::region::{MARGIN, Region, touch};
-use crate::report::ARCHIVE;
+use crate::report::{ARCHIVE, count};
 use crate::{console, run, threads};
 use serde_json::json;
 use std::path::PathBuf;
@@ -52,7 +52,7 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
 impl Job<'_> {
     fn run<T: Real>(&self, known: &mut Known) -> Result<u8, Failure> {
         let bytes = self.bytes::<T>()?;
-        let mut region = self.region(bytes.saturating_add(MARGIN))?;
+        let mut region = self.region(bytes)?;
         let files = [ARCHIVE, "report.json", "report.html"].map(PathBuf::from);
         let mut destination = Destination::check(&self.request.folder, files.to_vec())?;
         let mut store = Store::new(&destination)?;
@@ -87,20 +87,20 @@ impl Job<'_> {
         Ok(ended(&display, &destination, &record))
     }
 
-    /// Takes `all` bytes from the system, within the ceiling.
-    fn region(&self, all: usize) -> Result<Region, Failure> {
+    /// Takes so many bytes from the system, where the ceiling leaves room for what a region takes beside them.
+    fn region(&self, bytes: usize) -> Result<Region, Failure> {
         let limit = self.request.limit.or_else(bytes::of_machine);
-        let region = Some(all).filter(|&all| all <= limit.unwrap_or(usize::MAX));
-        region.and_then(Region::new).ok_or_else(|| self.no_memory(all))
+        let region = Some(bytes).filter(|bytes| bytes.saturating_add(MARGIN) <= limit.unwrap_or(usize::MAX));
+        region.and_then(Region::new).ok_or_else(|| self.no_memory(bytes))
     }
 
-    fn no_memory(&self, all: usize) -> Failure {
+    fn no_memory(&self, bytes: usize) -> Failure {
         Failure::Memory(format!(
-            "{} of {}: a step of {} cells takes {}; raise --memory-limit, or give a result of fewer cells",
+            "{} of {}: a step of {} cells takes {} bytes; raise --memory-limit to that, or give a result of fewer cells",
             self.request.deed.name(),
             self.request.from.display(),
             size_in_words(&self.problem.cells),
-            rounded(all)
+            grouped(bytes.saturating_add(MARGIN))
         ))
     }
 
@@ -153,13 +153,14 @@ impl Job<'_> {
             json!({ "command": name, "cells": cells, "steps": self.problem.steps, "bytes": bytes, "precision": T::NAME, "threads": threads }),
         );
         display.note(&format!(
-            "{name} of {}: {} cells, {} steps, {} bytes ({}) in {}, whatever the number of steps, {threads} threads",
+            "{name} of {}: {} cells, {} steps, {} bytes ({}) in {}, whatever the number of steps, {}",
             self.request.from.display(),
             size_in_words(cells),
             self.problem.steps,
-            bytes::grouped(bytes),
+            grouped(bytes),
             rounded(bytes),
-            T::NAME
+            T::NAME,
+            count(threads, "thread")
         ));
     }
 

@@ -3,7 +3,7 @@
 use crate::exit::Failure;
 use crate::keyframes::{Canvas, Earlier, Series, ShapeError, has_array, measured};
 use crate::problem::Precision;
-use crate::report::{ARCHIVE, Said};
+use crate::report::{ARCHIVE, CENTRED, Said};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use thurible_core::{Boundary, Named};
@@ -29,10 +29,14 @@ impl Known {
     /// That of the result in `folder`.
     pub fn open(folder: &Path) -> Result<Self, Failure> {
         let said = Said::of(folder)?;
+        if said.centred {
+            return Err(refuse(folder, CENTRED));
+        }
         let boundary = boundary(folder, &said.boundary, said.cells.len())?;
         let (archive, length, cells) = (folder.join(ARCHIVE), said.length, said.cells);
         let canvas = canvas(&cells, &boundary, length, 1);
         let earlier = Earlier::open(&archive, canvas).map_err(|error| unread(folder, &error))?;
+        let earlier = earlier.until(said.simulated);
         let emission = has_array(&archive, "emission").then(|| Series::open(&archive, Some("emission"), KEY));
         Ok(Self {
             folder: folder.to_owned(),

@@ -13,7 +13,7 @@ use crate::plan::size_in_words;
 use crate::problem::Precision;
 use crate::progress::{Display, Watch};
 use crate::region::{Region, touch};
-use crate::report::{self, RunRecord};
+use crate::report::{self, RunRecord, count};
 use crate::run::inputs::solver_refusal;
 use crate::run::job::Solved;
 use crate::run::messages::{self, no_memory, not_finite};
@@ -211,14 +211,14 @@ impl Run {
             slots => format!(", {slots} states kept, {} steps repeated", planned.repeated()),
         };
         display.note(&format!(
-            "{} by {NAME}: {} cells, {} steps, {} bytes ({}) in {}, {} threads{kept}",
+            "{} by {NAME}: {} cells, {} steps, {} bytes ({}) in {}, {}{kept}",
             self.request.scene.document.path().display(),
             size_in_words(&planned.problem.cells),
             planned.problem.steps,
             grouped(planned.plan.bytes()),
             rounded(planned.plan.bytes()),
             planned.precision.name(),
-            planned.params.threads
+            count(planned.params.threads, "thread")
         ));
     }
 }

@@ -7,6 +7,7 @@ use crate::ledger::{line, over, print_least, print_ledger};
 use crate::plan::{PlanOptions, size_in_words};
 use crate::problem::{self, OwnedProblem, Precision};
 use crate::region::MARGIN;
+use crate::report::count;
 use crate::scene::Scene;
 use crate::threads;
 use serde_json::{Value, json};
@@ -180,12 +181,12 @@ pub(crate) fn print_plan(scene: &Scene, planned: &Planned) {
         plan,
     } = planned;
     print(&format!(
-        "{}: {} cells, {} steps, {}, {} threads, method {NAME}",
+        "{}: {} cells, {} steps, {}, {}, method {NAME}",
         scene.document.path().display(),
         size_in_words(&problem.cells),
         problem.steps,
         precision.name(),
-        params.threads
+        count(params.threads, "thread")
     ));
     print_ledger(plan.entries().iter().map(line), plan.bytes(), "");
     print_least(plan.bytes());

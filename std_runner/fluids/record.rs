@@ -65,6 +65,7 @@ pub(super) fn of<T: Real, S: Space>(
         length: problem.length,
         dt: problem.dt,
         steps: problem.steps,
+        simulated_steps: None,
         viscosity: problem.viscosity,
         slip: problem.slip,
         buoyancy: lift,

@@ -14,6 +14,7 @@ pub use table::{Kept, Row, Table};
 
 use crate::bytes;
 use crate::exit::Failure;
+use crate::ledger::over;
 use crate::plan::PlanOptions;
 use crate::problem::{OwnedProblem, refusal};
 use crate::region::{MARGIN, Region};
@@ -69,7 +70,7 @@ pub fn check(scene: &Scene, options: &PlanOptions) -> Result<Table, Failure> {
             Err(PlanError::Ceiling { .. }) if options.threads.is_none() && check.params.threads > 1 => {
                 check.params.threads /= 2;
             }
-            planned => break planned.map_err(|error| check.refused(error))?,
+            planned => break planned.map_err(|error| check.refused(error, options))?,
         }
     };
     let threads = check.params.threads;
@@ -175,10 +176,19 @@ impl Check<'_> {
         Ok(table)
     }
 
-    fn refused(&self, error: PlanError) -> Failure {
+    fn refused(&self, error: PlanError, options: &PlanOptions) -> Failure {
         match error {
-            PlanError::Ceiling { .. } => {
-                Failure::Memory(format!("{}: {error}", self.scene.document.path().display()))
+            PlanError::Ceiling { needed, ceiling } => {
+                let bytes = [needed, ceiling].map(|bytes| bytes.saturating_add(MARGIN));
+                let path = self.scene.document.path();
+                let less = "make `grid.cells` smaller".into();
+                over(
+                    path,
+                    "the check needs",
+                    bytes.into(),
+                    options.limit.is_some(),
+                    &[less],
+                )
             }
             other => refusal(self.scene, other),
         }

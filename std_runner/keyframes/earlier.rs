@@ -19,6 +19,8 @@ pub struct Earlier {
     canvas: Canvas,
     density: Series,
     velocity: Vec<Series>,
+    /// Steps that hold: all, or those before a simulation was stopped.
+    steps: usize,
 }
 
 impl Earlier {
@@ -41,7 +43,15 @@ impl Earlier {
                 .map(|axis| open(faces(axis, &canvas).0))
                 .collect::<Result<_, _>>()?,
             canvas,
+            steps: usize::MAX,
         })
+    }
+
+    /// The same up to a step, where one is given, behind which nothing was simulated.
+    #[must_use]
+    pub fn until(mut self, step: Option<usize>) -> Self {
+        self.steps = step.unwrap_or(self.steps);
+        self
     }
 
     /// The same on the cells that it has, where the box has as many axes.
@@ -63,13 +73,14 @@ impl Earlier {
     /// How many densities there are.
     #[must_use]
     pub fn densities(&self) -> usize {
-        self.density.count()
+        self.density.count().min(self.steps.saturating_add(1))
     }
 
     /// How many steps of the flow.
     #[must_use]
     pub fn flows(&self) -> usize {
-        self.velocity.iter().map(Series::count).min().unwrap_or(0)
+        let flows = self.velocity.iter().map(Series::count).min().unwrap_or(0);
+        flows.min(self.steps)
     }
 
     /// Density `step`, or the last one, as it is.

@@ -50,6 +50,8 @@ pub(super) fn check_ending(path: &Path, name: Option<&str>) -> Result<(), Fault>
         ))
     } else if one || ends_with(path, "npz") {
         Ok(())
+    } else if !path.exists() {
+        Err(Fault::Read(io::ErrorKind::NotFound.into()))
     } else {
         Err(Fault::content(
             "has an unknown extension",

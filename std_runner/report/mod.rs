@@ -32,7 +32,7 @@ pub(crate) use page::shell;
 pub(crate) use record::{by_side, end_in_words};
 
 pub(crate) use found::{record as template_record, templates};
-pub(crate) use said::{Said, is_said_of};
+pub(crate) use said::{CENTRED, Said, is_said_of};
 pub(crate) use tables::{product, smoothness};
 pub(crate) use templates::lines as template_lines;
 pub(crate) use words::{bytes, count, escape, number, seconds};

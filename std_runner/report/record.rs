@@ -24,6 +24,9 @@ pub struct RunRecord {
     pub dt: f64,
     /// Number of time steps N.
     pub steps: usize,
+    /// Of a simulation that was stopped before its end the steps that were simulated: the densities up to there, and the flow before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub simulated_steps: Option<usize>,
     /// Kinematic viscosity nu in the scene's units.
     pub viscosity: f64,
     /// Whether the flow slips along walls and obstacles.

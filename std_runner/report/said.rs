@@ -5,6 +5,10 @@ use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 
+/// What is said of a result where its flow is asked for at faces.
+pub(crate) const CENTRED: &str =
+    "has the flow of stable_fluids, which is that of cells, not of faces; give a result of another method";
+
 /// The box of a result, its steps and its precision.
 #[derive(Clone, Debug)]
 pub(crate) struct Said {
@@ -16,6 +20,8 @@ pub(crate) struct Said {
     pub dt: f64,
     /// The last step, and the steps of the keyframes, where the report has them.
     pub steps: Option<usize>,
+    /// Of a simulation that was stopped the steps that were simulated.
+    pub simulated: Option<usize>,
     pub keyframes: Option<Vec<usize>>,
     /// The largest density of all steps, where the report has it.
     pub densest: Option<f64>,
@@ -62,6 +68,7 @@ impl Said {
             length: real("length")?,
             dt: real("dt")?,
             steps: report.get("steps").and_then(count),
+            simulated: report.get("simulated_steps").and_then(count),
             keyframes: list("keyframes").map(|all| all.iter().filter_map(step).collect()),
             densest: report.get("density_max").and_then(Value::as_f64),
             double: word("precision") == Some("f64"),

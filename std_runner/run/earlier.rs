@@ -5,8 +5,9 @@ use super::inputs::{Inputs, set_emitters, set_obstacles};
 use crate::distance::relative_l2;
 use crate::exit::Failure;
 use crate::keyframes::{Earlier, ShapeError};
+use crate::plan::size_in_words;
 use crate::remarks::density;
-use crate::report::{ARCHIVE, FrameRecord, Said, count, end_in_words};
+use crate::report::{ARCHIVE, CENTRED, FrameRecord, Said, count, end_in_words};
 use crate::scene::Scene;
 use serde_json::Value;
 use std::path::PathBuf;
@@ -103,6 +104,13 @@ impl Origin {
             )));
         }
         let elsewhere = elsewhere(scene, &earlier);
+        if !have_one_shape(&scene.canvas().cells, &earlier.canvas().cells) {
+            return Err(self.refuse(format!(
+                "has a box of {} cells, and the scene one of {}, which is of another shape; give the scene as many cells along each axis, or all in one proportion",
+                size_in_words(&earlier.canvas().cells),
+                size_in_words(&scene.canvas().cells)
+            )));
+        }
         for step in 1..solver.steps() {
             let read = |axis| self.velocity(&mut earlier, Some(first + step), axis, scale);
             let faces: Vec<Vec<T>> = (0..S::DIM).map(read).collect::<Result<_, _>>()?;
@@ -160,18 +168,28 @@ impl Origin {
             .collect()
     }
 
-    /// Opens its arrays, and refuses a box that ends otherwise than the scene's.
+    /// Opens its arrays, and refuses a box that ends otherwise than the scene's, and a flow that is not that of faces.
     fn open(&self, scene: &Scene) -> Result<Earlier, Failure> {
-        let earlier = Earlier::open(&self.arrays(), scene.canvas()).map_err(|error| self.unread(&error))?;
+        let earlier = Earlier::open(&self.arrays(), scene.canvas()).map_err(|error| self.unread(&error));
+        // Arrays may be there without a report.
+        let Ok(said) = Said::of(&self.folder) else {
+            return earlier;
+        };
         let own: Vec<Value> = scene.grid.boundary.iter().map(end_in_words).collect();
-        match Said::of(&self.folder) {
-            Ok(said) if said.boundary != own => Err(self.refuse(format!(
+        if said.centred {
+            Err(Failure::Input(format!(
+                "{} {} {CENTRED}",
+                self.option,
+                self.folder.display()
+            )))
+        } else if said.boundary != own {
+            Err(self.refuse(format!(
                 "has the boundary {}, and the scene {}; give the scene the same `grid.boundary`, or another result",
                 Value::from(said.boundary),
                 Value::from(own)
-            ))),
-            // Arrays may be there without a report.
-            _ => Ok(earlier),
+            )))
+        } else {
+            earlier.map(|earlier| earlier.until(said.simulated))
         }
     }
 
@@ -199,4 +217,13 @@ fn elsewhere(scene: &Scene, earlier: &Earlier) -> Option<Elsewhere> {
         cells: there.cells_3d(),
         unit: there.cell_size() / scene.time.dt,
     })
+}
+
+/// Whether two boxes have the same sides but for their unit, as far as whole cells can have them.
+fn have_one_shape(one: &[usize], other: &[usize]) -> bool {
+    let most = |cells: &[usize]| cells.iter().copied().max().unwrap_or(1) as f64;
+    let by = most(one) / most(other);
+    one.iter()
+        .zip(other)
+        .all(|(&one, &other)| (one as f64 - by * other as f64).abs() <= by.max(1.0))
 }

@@ -74,6 +74,7 @@ impl Facts<'_> {
             length: problem.length,
             dt: problem.dt,
             steps: problem.steps,
+            simulated_steps: None,
             viscosity: problem.viscosity,
             slip: problem.slip,
             buoyancy,

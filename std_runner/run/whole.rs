@@ -193,6 +193,7 @@ impl Job {
         }
         let (step, steps) = (watch.simulated(), self.planned.problem.steps);
         if ended == Status::Cancelled && simulates(&self.planned.params) && step < steps {
+            record.simulated_steps = Some(step);
             record.remarks.push(format!(
                 "It was stopped after step {step} of {steps}: the flow behind it was not simulated, and is that of the start, or the given one."
             ));

@@ -135,6 +135,9 @@ fn fluids(document: &Document, given: Option<Value>, iterations: usize) -> Resul
             return Err(document.outside(&format!("{key}.slots"), shown(&other), wanted));
         }
     }
+    let mut known: Vec<&str> = section.params.table().iter().map(|choice| choice.name).collect();
+    known.extend(["control", "slots"]);
+    document.only(&key, &table, &known)?;
     let rest = Some(Value::Table(table));
     choose(document, &key, rest, &mut section.params)?;
     section.params.iterations = iterations;

@@ -3,7 +3,7 @@
 use super::scene::{CaptureScene, ENDS};
 use crate::exit::Failure;
 use crate::keyframes::{Frames, Series, ShapeError, ends_with, has_array, is_picture};
-use crate::report::ARCHIVE;
+use crate::report::{ARCHIVE, Said};
 use crate::scene::{Document, Numbered, files_of};
 use std::path::{Path, PathBuf};
 use thurible_core::{Boundary, Named};
@@ -61,12 +61,19 @@ pub(super) fn find(scene: &CaptureScene) -> Result<Found, Failure> {
         let name = if of_track { Some("captured") } else { name };
         let frames = Frames::of_array(&archive, name, KEY).map_err(refuse)?;
         let of_result = if of_track { "truth_x" } else { "velocity_x" };
-        let truth = has_array(&archive, of_result).then(|| archive.clone());
+        let said = archive.parent().and_then(|folder| Said::of(folder).ok());
+        // Velocities of cells are no truth for those of faces.
+        let centred = !of_track && said.as_ref().is_some_and(|said| said.centred);
+        let truth = (has_array(&archive, of_result) && !centred).then(|| archive.clone());
         let emission = has_array(&archive, "emission").then(|| archive.clone());
         let mut known = known(&archive);
         known
             .remarks
             .extend(unheard(scene, core::slice::from_ref(&archive)));
+        if centred {
+            let why = "the result has the flow of stable_fluids, which is that of cells: what is found is not compared with it";
+            known.remarks.push(why.into());
+        }
         return Ok(Found {
             frames,
             truth,

@@ -14,6 +14,7 @@ use crate::output::Store;
 use crate::plan::size_in_words;
 use crate::progress::{Clock, Display, Mode};
 use crate::region::{Region, touch};
+use crate::report::count;
 use crate::{problem, threads};
 use core::mem::MaybeUninit;
 use core::ops::ControlFlow;
@@ -119,7 +120,7 @@ impl Job<'_> {
                     "method": params.flow.minimiser.name(), "bytes": plan.bytes() }),
         );
         self.display.note(&format!(
-            "{} by {}: {} cells, {} frames, {} bytes ({}) in {}, {} threads",
+            "{} by {}: {} cells, {} frames, {} bytes ({}) in {}, {}",
             self.request.scene.document.path().display(),
             params.flow.minimiser.name(),
             size_in_words(&given.cells),
@@ -127,7 +128,7 @@ impl Job<'_> {
             grouped(plan.bytes()),
             rounded(plan.bytes()),
             precision.name(),
-            params.threads
+            count(params.threads, "thread")
         ));
         for remark in &given.remarks {
             self.display.warning(remark);

@@ -10,6 +10,7 @@ use crate::plan::{PlanOptions, size_in_words};
 use crate::problem::Precision;
 use crate::progress::Mode;
 use crate::region::MARGIN;
+use crate::report::count;
 use crate::threads;
 use serde_json::json;
 use thurible_core::{Capture, D2, D3, Named, PlanError, TrackParams, TrackPlan};
@@ -114,12 +115,12 @@ pub(crate) fn print_plan(scene: &CaptureScene, planned: &Planned, mode: Mode) {
         _ => {}
     }
     print(&format!(
-        "{}: {} cells, {} frames, {}, {} threads, method {}",
+        "{}: {} cells, {} frames, {}, {}, method {}",
         scene.document.path().display(),
         size_in_words(&given.cells),
         given.pairs + 1,
         precision.name(),
-        params.threads,
+        count(params.threads, "thread"),
         params.flow.minimiser.name()
     ));
     let lines = plan.entries().iter().map(line);

@@ -43,18 +43,24 @@ fn fewer_states_are_kept_under_a_limit_and_the_gradient_is_the_same() {
         (&few["derivative"], &few["rows"]),
         (&whole["derivative"], &whole["rows"])
     );
-    let refusal = run(&[
-        "check-gradient",
-        "examples/small_odd.toml",
-        "--memory-limit",
-        "100KiB",
-    ]);
+    // The ceiling that the refusal names is enough, and a byte less is not.
+    let under = |limit: &str| {
+        let scene = ["check-gradient", "examples/small_odd.toml", "--threads", "1"];
+        run(&[&scene[..], &["--memory-limit", limit]].concat())
+    };
+    let refusal = under("100KiB");
     assert_eq!(refusal.code, 3);
-    assert!(
-        refusal.err.contains("bytes are needed at least"),
-        "{}",
-        refusal.err
-    );
+    let (_, needed) = refusal.err.split_once("the check needs ").unwrap();
+    let needed: usize = needed
+        .split_once(" bytes")
+        .unwrap()
+        .0
+        .replace(',', "")
+        .parse()
+        .unwrap();
+    assert_eq!(under(&(needed - 1).to_string()).code, 3);
+    let least = under(&needed.to_string());
+    assert_eq!(least.code, 0, "{}", least.err);
 }
 
 /// The gradient of the search, by each of its controls alone and by several at once.

@@ -857,3 +857,143 @@ fn an_interrupt_leaves_the_steps_that_are_done() {
         assert!(values.iter().all(|value| value.is_finite()), "{deed}");
     }
 }
+
+/// The flow of Stable Fluids is that of cells. Between rings its arrays have the shape of those of faces, and nobody takes them for these.
+#[test]
+fn a_flow_of_cells_is_not_taken_for_one_of_faces() {
+    let folder = fresh_folder("flows_of_cells");
+    let scene = folder.join("scene.toml");
+    let rings = PLUME.replace(r#"["wall", "periodic"]"#, r#""periodic""#);
+    fs::write(&scene, rings.replace("cells = [24, 32]", "cells = [24, 24]")).unwrap();
+    let steered = folder.join("steered.toml");
+    let keyframe = "[[keyframe]]\nstep = 12\ncircle = { center = [0.5, 0.6], radius = 0.15 }\n";
+    fs::write(&steered, fs::read_to_string(&scene).unwrap() + keyframe).unwrap();
+    let (scene, result, out) = (text(&scene), folder.join("fluids"), folder.join("out"));
+    let result = text(&result);
+    let solve = [
+        "solve",
+        text(&steered),
+        "--method",
+        "stable_fluids",
+        "--quiet",
+        "-o",
+        result,
+    ];
+    let ended = run(&[&solve[..], &["--set", "method.iterations=2"]].concat());
+    assert!(matches!(ended.code, 0 | 5), "{}", ended.err);
+    for arguments in [
+        &["readvect", result][..],
+        &["upsample", result],
+        &["simulate", scene, "--from", result],
+        &["guide", scene, "--reference", result, "--steps", "6"],
+    ] {
+        let ended = run(&[arguments, &["-o", text(&out)]].concat());
+        assert_eq!(ended.code, 2, "{arguments:?}: {}", ended.err);
+        assert!(
+            ended
+                .err
+                .contains("of cells, not of faces; give a result of another method"),
+            "{}",
+            ended.err
+        );
+        assert!(!out.exists());
+    }
+    // Its densities are tracked, and nothing is compared with its flow.
+    well(&[
+        "track",
+        result,
+        "--quiet",
+        "--set",
+        "capture.first=1",
+        "-o",
+        text(&out),
+    ]);
+    let said = report(&out);
+    assert!(
+        said["remarks"].to_string().contains("that of cells"),
+        "{}",
+        said["remarks"]
+    );
+    assert!(
+        crate::support::npz::read(&out.join("result.npz"))
+            .keys()
+            .all(|name| !name.contains("truth"))
+    );
+}
+
+/// What takes a flow further takes no more than its ceiling.
+#[test]
+fn the_least_ceiling_is_kept() {
+    let [_, result] = plume("flows_ceiling");
+    let (folder, result) = (fresh_folder("flows_ceiling_out"), text(&result));
+    for deed in ["readvect", "upsample"] {
+        let out = folder.join(deed);
+        let deed = [deed, result, "--threads", "1", "--quiet", "-o", text(&out)];
+        let refused = run(&[&deed[..], &["--memory-limit", "1000"]].concat());
+        assert_eq!(refused.code, 3, "{}", refused.err);
+        let (_, needed) = refused.err.split_once("takes ").unwrap();
+        let needed: usize = needed
+            .split_once(" bytes")
+            .unwrap()
+            .0
+            .replace(',', "")
+            .parse()
+            .unwrap();
+        let one_short = run(&[&deed[..], &["--memory-limit", &(needed - 1).to_string()]].concat());
+        assert_eq!(one_short.code, 3, "{}", one_short.err);
+        well(&[&deed[..], &["--memory-limit", &needed.to_string()]].concat());
+        let used = report(&out)["used_bytes"].as_u64().unwrap();
+        assert!(used as usize <= needed, "{used} of {needed}");
+    }
+}
+
+/// A simulation that was stopped is taken further as far as it went.
+#[test]
+#[cfg(unix)]
+fn a_flow_that_was_stopped_goes_as_far_as_it_came() {
+    use crate::support::endless::Endless;
+    let folder = fresh_folder("flows_stopped");
+    let (scene, result, out) = (
+        folder.join("scene.toml"),
+        folder.join("plume"),
+        folder.join("out"),
+    );
+    fs::write(&scene, PLUME.replace("steps = 12", "steps = 4000")).unwrap();
+    let mut command = crate::support::thurible();
+    command.args([
+        "simulate",
+        text(&scene),
+        "-o",
+        text(&result),
+        "--json",
+        "--threads",
+        "1",
+    ]);
+    let endless = Endless::seen(&mut command, |line| line.contains("\"plan\""));
+    std::thread::sleep(core::time::Duration::from_millis(300));
+    let ended = endless.stop();
+    assert_eq!(ended.code, 130, "{}", ended.err);
+    let steps = report(&result)["simulated_steps"].as_u64().unwrap() as usize;
+    assert!((1..4000).contains(&steps), "{steps}");
+    well(&["readvect", text(&result), "--quiet", "-o", text(&out)]);
+    assert_eq!(array(&out, "density").0[0], steps + 1);
+    // Projected once more, which changes rounding errors alone.
+    let [(shape, flow), (_, given)] = [&out, &result].map(|folder| array(folder, "velocity_x"));
+    assert_eq!(shape[0], steps);
+    let far = flow.iter().zip(&given).map(|(one, other)| (one - other).abs());
+    assert!(far.fold(0.0, f64::max) < 1e-6);
+    let beyond = run(&[
+        "guide",
+        text(&scene),
+        "--reference",
+        text(&result),
+        "-o",
+        text(&folder.join("guided")),
+    ]);
+    assert_eq!(beyond.code, 2, "{}", beyond.err);
+    assert!(
+        beyond.err.contains(&format!("has the flow of {steps} step")),
+        "{}",
+        beyond.err
+    );
+}

@@ -247,6 +247,7 @@ pub fn record(frames: &dyn Frames, iterations: usize) -> RunRecord {
         length: 1.0,
         dt: 1.0,
         steps: frames.steps(),
+        simulated_steps: None,
         viscosity: 0.0,
         slip: true,
         force_weight: 1e3,
