@@ -63,6 +63,7 @@ impl<T: Real, S: Space> Solver<'_, T, S> {
         self.clear_field(index);
         Ok(factor)
     }
+
     /// What a target of this mass at a step is multiplied by.
     fn factor(&self, step: usize, mass: f64) -> f64 {
         if self.match_mass {

@@ -1,7 +1,7 @@
 //! `thurible check-gradient`: gradients of scenes are exact, and what cannot be checked is refused.
 
 use crate::small::refused;
-use crate::support::run;
+use crate::support::{bytes_after, run};
 use serde_json::Value;
 
 fn checked(scene: &str, more: &[&str]) -> Value {
@@ -50,14 +50,7 @@ fn fewer_states_are_kept_under_a_limit_and_the_gradient_is_the_same() {
     };
     let refusal = under("100KiB");
     assert_eq!(refusal.code, 3);
-    let (_, needed) = refusal.err.split_once("the check needs ").unwrap();
-    let needed: usize = needed
-        .split_once(" bytes")
-        .unwrap()
-        .0
-        .replace(',', "")
-        .parse()
-        .unwrap();
+    let needed = bytes_after(&refusal.err, "the check needs ");
     assert_eq!(under(&(needed - 1).to_string()).code, 3);
     let least = under(&needed.to_string());
     assert_eq!(least.code, 0, "{}", least.err);

@@ -1,6 +1,6 @@
 //! What is made of a flow that is known: simulated on from any step, and guiding another simulation.
 
-use crate::support::{Ended, fresh_folder, run, text};
+use crate::support::{Ended, bytes_after, fresh_folder, run, text};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -931,14 +931,7 @@ fn the_least_ceiling_is_kept() {
         let deed = [deed, result, "--threads", "1", "--quiet", "-o", text(&out)];
         let refused = run(&[&deed[..], &["--memory-limit", "1000"]].concat());
         assert_eq!(refused.code, 3, "{}", refused.err);
-        let (_, needed) = refused.err.split_once("takes ").unwrap();
-        let needed: usize = needed
-            .split_once(" bytes")
-            .unwrap()
-            .0
-            .replace(',', "")
-            .parse()
-            .unwrap();
+        let needed = bytes_after(&refused.err, "takes ");
         let one_short = run(&[&deed[..], &["--memory-limit", &(needed - 1).to_string()]].concat());
         assert_eq!(one_short.code, 3, "{}", one_short.err);
         well(&[&deed[..], &["--memory-limit", &needed.to_string()]].concat());

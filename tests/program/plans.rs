@@ -1,7 +1,7 @@
 //! What is planned is what is used, and a limit of memory holds.
 
 use crate::support::verify::Outcome;
-use crate::support::{fresh_folder, run, solve_example};
+use crate::support::{bytes_after, fresh_folder, run, solve_example};
 use serde_json::Value;
 
 #[test]
@@ -97,15 +97,7 @@ fn memory_limit_that_is_asked_for_is_enough_and_one_byte_less_is_not() {
     };
     let refused = solve("1 byte");
     assert_eq!(refused.code, 3);
-    let asked = refused
-        .err
-        .split("raise --memory-limit to ")
-        .nth(1)
-        .unwrap()
-        .split(' ')
-        .next()
-        .unwrap();
-    let needed: u64 = asked.replace(',', "").parse().unwrap();
+    let needed = bytes_after(&refused.err, "raise --memory-limit to ");
     assert_eq!(solve(&needed.to_string()).code, 0);
     let short = solve(&(needed - 1).to_string());
     assert_eq!(short.code, 3);
@@ -122,8 +114,7 @@ fn the_largest_rank_is_what_a_ceiling_is_for() {
         "{}",
         refused.err
     );
-    let asked = refused.err.split("raise --memory-limit to ").nth(1).unwrap();
-    let asked = asked.split(' ').next().unwrap().replace(',', "");
+    let asked = bytes_after(&refused.err, "raise --memory-limit to ").to_string();
     assert_eq!(plan(&["--memory-limit", &asked]).code, 0);
     assert_eq!(plan(&["--device", "cpu"]).code, 0);
     assert!(plan(&["--device", "gpu"]).err.contains("--device gpu: ranks"));

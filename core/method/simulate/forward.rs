@@ -33,7 +33,7 @@ pub struct Simulation<'m, T, S> {
     pub(super) w: VectorMut<'m, T>,
     pub(super) region: &'m mut [T],
     pub(super) setup: Setup,
-    /// Whether all steps were simulated.
+    /// How far the steps were simulated: a flow that is guided by another takes its place on the way.
     pub(super) marched: Followed,
     space: PhantomData<S>,
 }

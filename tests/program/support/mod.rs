@@ -41,6 +41,12 @@ pub fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
+/// The number that stands in a sentence after `words`, as in `takes 1,024 bytes`.
+pub fn bytes_after(sentence: &str, words: &str) -> usize {
+    let (_, rest) = sentence.split_once(words).unwrap();
+    rest.split(' ').next().unwrap().replace(',', "").parse().unwrap()
+}
+
 /// The JSON of a file.
 pub fn json(path: &Path) -> serde_json::Value {
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
