@@ -5,6 +5,7 @@ pub mod borders;
 mod fast_axis;
 mod folds;
 mod fourier;
+pub mod lines;
 pub mod means;
 pub mod rows;
 pub mod slot;

@@ -21,7 +21,7 @@ pub fn scratch_len(grid: &Grid) -> usize {
     let grid = grid.whole();
     let of_axis = |axis: usize| match (grid.n[axis], axis) {
         (n, _) if is_fast(grid.axis(axis)) => fast_axis::scratch_len(n),
-        (n, 0) => TOGETHER * (n + padded(n)),
+        (n, 0) => (TOGETHER * (n + padded(n))).max(n * COLUMNS),
         (n, _) => 2 * n * PANEL,
     };
     (0..grid.dims).map(of_axis).max().unwrap_or(0)
@@ -35,15 +35,18 @@ fn padded(n: usize) -> usize {
         .sum()
 }
 
-/// Multiplies the coefficients of `field`, a field of cells, by the symbol of an operator, in place. `symbol` is called with a row of
-/// the field, a range of the coefficients along the first axis (even ones first), their values, and a slice for the new values. Every thread
-/// has [`scratch_len`] elements of `scratch`.
-pub fn multiply<T: Real>(
+/// The row of the box that each row of a part of a field is.
+pub type RowOf<'a> = &'a (dyn Fn(usize) -> usize + Sync + 'a);
+
+/// Transforms `field`, a field of cells, along every axis but the first, calls `rows` with it, and transforms back, in place. `rows` is called with the
+/// threads that it may use, the row of the box that each row of a part of the field is, that part, and scratch. Every thread has [`scratch_len`] elements of
+/// `scratch`.
+pub fn across<T: Real>(
     exec: &dyn Exec,
     (grid, spectrum): (&Grid, &Spectrum<'_, T>),
     field: &mut [T],
     scratch: &mut [T],
-    symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]) + Sync,
+    rows: impl Fn(&dyn Exec, RowOf<'_>, &mut [T], &mut [T]) + Sync,
 ) {
     let axes = &spectrum.axes;
     let width = |axis: usize| grid.n.iter().take(axis).product::<usize>();
@@ -51,12 +54,10 @@ pub fn multiply<T: Real>(
         along_columns(exec, (&axes[axis], width(axis)), direction, field, scratch);
     };
     let within = |exec: &dyn Exec, first: usize, field: &mut [T], scratch: &mut [T]| {
-        let symbol =
-            |row: usize, span: Range<usize>, old: &[T], new: &mut [T]| symbol(first + row, span, old, new);
         for axis in (1..grid.dims - 1).rev() {
             columns(exec, axis, Direction::Analysis, field, scratch);
         }
-        along_rows(exec, &axes[0], field, scratch, symbol);
+        rows(exec, &|row| first + row, field, scratch);
         for axis in 1..grid.dims - 1 {
             columns(exec, axis, Direction::Synthesis, field, scratch);
         }
@@ -76,6 +77,19 @@ pub fn multiply<T: Real>(
         within(exec, 0, field, scratch);
     }
     columns(exec, last, Direction::Synthesis, field, scratch);
+}
+
+/// What [`across`] does to rows to multiply coefficients by the symbol of an operator: `symbol` is called with a row of the box, a range of the coefficients
+/// along the first axis (even ones first), their values, and a slice for the new values.
+pub fn multiplied<T: Real>(
+    spectrum: &Spectrum<'_, T>,
+    symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]) + Sync,
+) -> impl Fn(&dyn Exec, RowOf<'_>, &mut [T], &mut [T]) + Sync {
+    move |exec, of, rows, scratch| {
+        along_rows(exec, &spectrum.axes[0], rows, scratch, |row, span, old, new| {
+            symbol(of(row), span, old, new);
+        });
+    }
 }
 
 /// Parts for each thread, at least, where what is done is cut into parts of planes.
@@ -213,7 +227,7 @@ impl Panel {
 }
 
 /// Transforms along the first axis, lets `symbol` change the coefficients, and transforms back, row by row of `field`.
-pub(super) fn along_rows<T: Real>(
+fn along_rows<T: Real>(
     exec: &dyn Exec,
     modes: &Modes<'_, T>,
     field: &mut [T],

@@ -2,15 +2,15 @@
 //! and gives the bits that it gives in one program.
 //!
 //! ```text
-//! slabs    some planes -> some rows of all planes, along the last axis -> some planes, along the others, the symbol, and back
-//! blocks   some rows of some planes -> columns along z -> columns along y -> rows along x, the symbol, and back
+//! slabs    some planes -> some rows of all planes, along the last axis -> some planes, along the others, what is done to rows, and back
+//! blocks   some rows of some planes -> columns along z -> columns along y -> rows along x, what is done to them, and back
 //! ```
 //!
 //! What a rank has of a field is a `Brick` each time. In blocks each turn is among the ranks of a [line](crate::memory::part::Line) alone, where it can be: a
 //! [fast transform](is_fast) takes 32 columns or rows of the box together, x fastest, and bricks end where such groups do.
 
 use super::borders;
-use super::transform::{Direction, along_columns, along_rows, whole_groups};
+use super::transform::{Direction, RowOf, along_columns, whole_groups};
 use crate::exec::ranks::{Ranks, swap};
 use crate::exec::{Exec, RowBuffers, Serial, for_rows};
 use crate::field::rows::{part, part_mut};
@@ -350,7 +350,7 @@ impl Deal {
 }
 
 impl<'a, T: Real> Turned<'a, T> {
-    /// Takes its workspace for [`Self::multiply`] of `fields` fields of cells of `grid` from a pool.
+    /// Takes its workspace for [`Self::across`] of `fields` fields of cells of `grid` from a pool.
     pub fn carve(grid: &Grid, fields: usize, pool: &mut Pool<'a, T>) -> Self {
         let of_deal = Deal::new(grid).map(|deal| deal.lens(false));
         Self::of_lens(of_deal, fields, pool)
@@ -372,15 +372,15 @@ impl<'a, T: Real> Turned<'a, T> {
         })
     }
 
-    /// As [`multiply`](super::transform::multiply) for each of `fields`, on the threads of `work`, each with a chunk of `scratch`; the copies
+    /// As [`across`](super::transform::across) for each of `fields`, on the threads of `work`, each with a chunk of `scratch`; the copies
     /// of what other ranks have are right then.
-    pub fn multiply(
+    pub fn across(
         &mut self,
         (exec, work): (&dyn Exec, &dyn Exec),
         (grid, spectrum): (&Grid, &Spectrum<'_, T>),
         fields: &mut [T],
         scratch: &mut [T],
-        symbol: impl Fn(usize, Range<usize>, &[T], &mut [T]) + Sync,
+        rows: impl Fn(&dyn Exec, RowOf<'_>, &mut [T], &mut [T]) + Sync,
     ) {
         let Some(deal) = Deal::new(grid) else {
             return;
@@ -405,13 +405,13 @@ impl<'a, T: Real> Turned<'a, T> {
             along(axis, Direction::Analysis, now, scratch);
             deal.go_on((ranks, count), [axis, axis - 1], [&mut now, &mut next], messages);
         }
-        let (rows, n) = (deal.placed(Stage::Along(0)).brick, deal.along(0));
+        let (brick, n) = (deal.placed(Stage::Along(0)).brick, deal.along(0));
+        let of = |row: usize| {
+            let [y, z] = [brick.low[1] + row % n[1].max(1), brick.low[2] + row / n[1].max(1)];
+            deal.whole.row(y, z)
+        };
         each(work, (count, n), now, scratch, |field, scratch| {
-            let symbol = |row: usize, span: Range<usize>, old: &[T], new: &mut [T]| {
-                let [y, z] = [rows.low[1] + row % n[1].max(1), rows.low[2] + row / n[1].max(1)];
-                symbol(deal.whole.row(y, z), span, old, new);
-            };
-            along_rows(&Serial, &spectrum.axes[0], field, scratch, symbol);
+            rows(&Serial, &of, field, scratch);
         });
         for axis in 1..=last {
             deal.go_on((ranks, count), [axis - 1, axis], [&mut now, &mut next], messages);

@@ -6,6 +6,7 @@
 //! solid cells every tap is added: with F leaving them out, C = identity F + sum over j of F G_j F G_j F.
 
 use crate::exec::{Exec, RowBuffers, Serial, for_rows};
+use crate::field::transform::multiplied;
 use crate::field::turned::Turned;
 use crate::field::{rows, transform};
 use crate::grid::gaussian::Gaussian;
@@ -106,10 +107,11 @@ impl<'a, T: Real> Blur<'a, T> {
                 out.copy_from_slice(e);
                 let whole = grid.whole();
                 let symbol = squares(&whole, spectrum, *filters);
+                let rows = multiplied(spectrum, symbol);
                 if grid.is_part() {
-                    turned.multiply((exec, &Serial), (grid, spectrum), out, scratch, symbol);
+                    turned.across((exec, &Serial), (grid, spectrum), out, scratch, rows);
                 } else {
-                    transform::multiply(&Serial, (grid, spectrum), out, scratch, symbol);
+                    transform::across(&Serial, (grid, spectrum), out, scratch, rows);
                 }
                 rows::add_scaled(out, identity, e);
             }

@@ -6,6 +6,7 @@
 mod batch;
 mod conjugate;
 mod eigen;
+mod recursion;
 pub mod spectral;
 mod weighted;
 

@@ -201,6 +201,9 @@ pub trait Vector:
     }
     /// 1 / x.
     fn recip(self) -> Self;
+    /// The square root, correctly rounded.
+    #[must_use]
+    fn root(self) -> Self;
     /// The larger value in each lane; that of `other` where this one is NaN.
     fn max(self, other: Self) -> Self;
     /// The smaller value in each lane; that of `other` where this one is NaN.

@@ -5,7 +5,7 @@ use core::ops::{Add, Mul, Neg, Sub};
 
 /// A number as a [`Vector`] of one lane.
 macro_rules! single {
-    ($t:ident) => {
+    ($t:ident, $sqrt:path) => {
         impl Vector for $t {
             type Elem = $t;
             const LANES: usize = 1;
@@ -30,6 +30,10 @@ macro_rules! single {
                 1.0 / self
             }
             #[inline(always)]
+            fn root(self) -> Self {
+                $sqrt(self)
+            }
+            #[inline(always)]
             fn max(self, other: Self) -> Self {
                 if self > other { self } else { other }
             }
@@ -48,12 +52,12 @@ macro_rules! single {
         }
     };
 }
-single!(f32);
-single!(f64);
+single!(f32, libm::sqrtf);
+single!(f64, libm::sqrt);
 
 /// A [`Vector`] of an array of four values, which compilers turn into vectors on any machine.
 macro_rules! plain {
-    ($name:ident, $t:ty) => {
+    ($name:ident, $t:ty, $sqrt:path) => {
         /// A [`Vector`] of four values for any machine.
         #[derive(Clone, Copy, Debug)]
         pub struct $name([$t; 4]);
@@ -119,6 +123,10 @@ macro_rules! plain {
                 Self(self.0.map(|x| 1.0 / x))
             }
             #[inline(always)]
+            fn root(self) -> Self {
+                Self(self.0.map($sqrt))
+            }
+            #[inline(always)]
             fn max(self, other: Self) -> Self {
                 self.zip(other, |a, b| if a > b { a } else { b })
             }
@@ -144,5 +152,5 @@ macro_rules! plain {
         }
     };
 }
-plain!(F32Narrow, f32);
-plain!(F64Narrow, f64);
+plain!(F32Narrow, f32, libm::sqrtf);
+plain!(F64Narrow, f64, libm::sqrt);

@@ -10,7 +10,7 @@ macro_rules! vector {
         $(#[$meta:meta])*
         $name:ident: $raw:ty, $lanes:literal of $t:ty {
             splat: $splat:path, load: $load:path, store: $store:path,
-            add: $add:path, sub: $sub:path, mul: $mul:path, div: $div:path,
+            add: $add:path, sub: $sub:path, mul: $mul:path, div: $div:path, root: $root:path,
             max: $max:path, min: $min:path, select: $select:path, any: $any:path,
             pairs: $pairs:path $(, paired: $paired:path, unpaired: $unpaired:path)? $(,)?
         }
@@ -86,6 +86,11 @@ macro_rules! vector {
             fn recip(self) -> Self {
                 // SAFETY: as in `add`.
                 Self(unsafe { $div($splat(1.0), self.0) })
+            }
+            #[inline(always)]
+            fn root(self) -> Self {
+                // SAFETY: as in `add`.
+                Self(unsafe { $root(self.0) })
             }
             #[inline(always)]
             fn max(self, other: Self) -> Self {
@@ -219,7 +224,7 @@ vector! {
     /// Sixteen `f32` of AVX-512.
     F32Wide: __m512, 16 of f32 {
         splat: _mm512_set1_ps, load: _mm512_loadu_ps, store: _mm512_storeu_ps,
-        add: _mm512_add_ps, sub: _mm512_sub_ps, mul: _mm512_mul_ps, div: _mm512_div_ps,
+        add: _mm512_add_ps, sub: _mm512_sub_ps, mul: _mm512_mul_ps, div: _mm512_div_ps, root: _mm512_sqrt_ps,
         max: _mm512_max_ps, min: _mm512_min_ps, select: select_ps512, any: any_ps512,
         pairs: pairs_ps512,
     }
@@ -228,7 +233,7 @@ vector! {
     /// Eight `f64` of AVX-512.
     F64Wide: __m512d, 8 of f64 {
         splat: _mm512_set1_pd, load: _mm512_loadu_pd, store: _mm512_storeu_pd,
-        add: _mm512_add_pd, sub: _mm512_sub_pd, mul: _mm512_mul_pd, div: _mm512_div_pd,
+        add: _mm512_add_pd, sub: _mm512_sub_pd, mul: _mm512_mul_pd, div: _mm512_div_pd, root: _mm512_sqrt_pd,
         max: _mm512_max_pd, min: _mm512_min_pd, select: select_pd512, any: any_pd512,
         pairs: pairs_pd512,
     }
@@ -237,7 +242,7 @@ vector! {
     /// Eight `f32` of AVX2.
     F32Medium: __m256, 8 of f32 {
         splat: _mm256_set1_ps, load: _mm256_loadu_ps, store: _mm256_storeu_ps,
-        add: _mm256_add_ps, sub: _mm256_sub_ps, mul: _mm256_mul_ps, div: _mm256_div_ps,
+        add: _mm256_add_ps, sub: _mm256_sub_ps, mul: _mm256_mul_ps, div: _mm256_div_ps, root: _mm256_sqrt_ps,
         max: _mm256_max_ps, min: _mm256_min_ps, select: select_ps256, any: any_ps256,
         pairs: pairs_ps256, paired: PAIRED_PS256, unpaired: unpaired_ps256,
     }
@@ -246,7 +251,7 @@ vector! {
     /// Four `f64` of AVX2.
     F64Medium: __m256d, 4 of f64 {
         splat: _mm256_set1_pd, load: _mm256_loadu_pd, store: _mm256_storeu_pd,
-        add: _mm256_add_pd, sub: _mm256_sub_pd, mul: _mm256_mul_pd, div: _mm256_div_pd,
+        add: _mm256_add_pd, sub: _mm256_sub_pd, mul: _mm256_mul_pd, div: _mm256_div_pd, root: _mm256_sqrt_pd,
         max: _mm256_max_pd, min: _mm256_min_pd, select: select_pd256, any: any_pd256,
         pairs: pairs_pd256, paired: PAIRED_PD256, unpaired: unpaired_pd256,
     }

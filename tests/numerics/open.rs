@@ -56,6 +56,7 @@ fn the_projection_lets_the_flow_out() {
     projection(&[16, 12], "ow");
     projection(&[13, 16], "ho");
     projection(&[12, 9], "lp");
+    projection(&[11, 6], "hw");
     projection(&[8, 9, 8], "owh");
     projection(&[8, 7, 6], "pol");
 }

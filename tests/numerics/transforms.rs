@@ -66,17 +66,12 @@ fn agrees<T: Real>(n: usize, ring: bool, along_x: bool) {
     let on = |exec: &dyn Exec| {
         let mut scratch = vec![T::from_f64(f64::NAN); exec.threads() * transform::scratch_len(&grid)];
         let (mut found, spectrum) = (field.clone(), levels.spectrum(0));
-        transform::multiply(
-            exec,
-            (&grid, &spectrum),
-            &mut found,
-            &mut scratch,
-            |row, span, old, new| {
-                for ((at, &old), new) in span.zip(old).zip(new) {
-                    *new = T::from_f64(factors[if along_x { at } else { row }]) * old;
-                }
-            },
-        );
+        let rows = transform::multiplied(&spectrum, |row, span, old, new| {
+            for ((at, &old), new) in span.zip(old).zip(new) {
+                *new = T::from_f64(factors[if along_x { at } else { row }]) * old;
+            }
+        });
+        transform::across(exec, (&grid, &spectrum), &mut found, &mut scratch, rows);
         found
     };
     let found = on(&Serial);

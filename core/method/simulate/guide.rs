@@ -29,6 +29,7 @@ use crate::memory::{Pool, Sharing};
 use crate::method::choices::{Kind, Numbers, choices};
 use crate::real::Real;
 use crate::words::{Named, named};
+use core::ops::Range;
 
 /// How the correction of a step is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -221,12 +222,9 @@ impl<'a, T: Real> Guide<'a, T> {
         for_rows(exec, grid.dims, buffers, |task| {
             let ([cells], axis) = (task.fields, task.row);
             differences(grid, axis, given[axis], cells);
-            transform::multiply(
-                &Serial,
-                (grid, spectrum),
-                cells,
-                task.scratch,
-                |row, span, found, out| {
+            let filtered = transform::multiplied(
+                spectrum,
+                |row: usize, span: Range<usize>, found: &[T], out: &mut [T]| {
                     let at = grid.row_at(row);
                     let squared = |axis: usize| grid.h[axis] * grid.h[axis];
                     let eigenvalue = |axis: usize, k: usize| {
@@ -254,6 +252,7 @@ impl<'a, T: Real> Guide<'a, T> {
                     }
                 },
             );
+            transform::across(&Serial, (grid, spectrum), cells, task.scratch, filtered);
         });
         let (cells, all) = (&**cells, grid.cells());
         for_rows(exec, grid.rows(), RowBuffers::fields(reborrow(field)), |task| {
