@@ -3,7 +3,7 @@
 
     git clone https://github.com/pasteurlabs/mosaic
     python3 -m venv venv && venv/bin/pip install 'jax[cpu]' optax exponax equinox phiflow warp-lang xlb scipy 'tesseract-core[runtime]' tesseract-jax \\
-        rich typer pandas matplotlib psutil pyyaml filelock nvidia-ml-py docker mosaic/mosaic/mosaic_shared target/wheels/thurible_smoke-*.whl
+        rich typer pandas matplotlib psutil pyyaml filelock nvidia-ml-py docker mosaic/mosaic/mosaic_shared wheels/thurible_smoke-*.whl
     venv/bin/python benches/mosaic.py mosaic docs/mosaic.md
 
 Initial velocities, inputs, losses, checks by differences and the optimiser are Mosaic's own code, from its checkout; every solver is its own
