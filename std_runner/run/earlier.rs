@@ -53,11 +53,15 @@ impl Origin {
         let density = earlier.density(step, &mut inputs.notes);
         let density = density.map_err(|error| self.unread(&error))?;
         // Where emitters make the smoke it may be that there is none yet.
-        if scene.emitters.is_empty() || density.iter().any(|&value| value > 0.0) {
-            solver
-                .set_source(&narrowed(density))
-                .map_err(|error| self.unusable(&error))?;
-        }
+        let is_none_yet = !scene.emitters.is_empty() && density.iter().all(|&value| value <= 0.0);
+        let density: Vec<T> = narrowed(density);
+        let taken = match (is_none_yet, among) {
+            (false, _) => solver.set_source(&density),
+            // In a window the emitters may come later.
+            (true, Some(_)) => solver.go_on_from(&density),
+            (true, None) => Ok(()),
+        };
+        taken.map_err(|error| self.unusable(&error))?;
         set_emitters(scene, solver, among, &mut None, &mut inputs.notes)?;
         for axis in 0..S::DIM {
             let faces = self.velocity::<T>(&mut earlier, step, axis, scale)?;

@@ -1,6 +1,7 @@
 //! What a solve prints before and after, and its failures.
 
 use crate::bytes;
+use crate::checkpoint::Keeper;
 use crate::console;
 use crate::destination::{Destination, RUN_AGAIN};
 use crate::exit::{Failure, code_of_result};
@@ -79,6 +80,20 @@ pub(super) fn short(record: &RunRecord, whole: usize) -> Option<String> {
     let RunRecord { steps, .. } = record;
     (*steps < whole)
         .then(|| format!("the result ends at step {steps} of {whole}: the windows after it were not solved"))
+}
+
+/// That what was simulated was stopped after a step.
+pub(super) fn stopped_after(step: usize, steps: usize) -> String {
+    format!(
+        "It was stopped after step {step} of {steps}: the flow behind it was not simulated, and is that of the start, or the given one."
+    )
+}
+
+/// That the flow behind a step, with which the result ends, became too fast.
+pub(super) fn too_fast(step: usize) -> String {
+    format!(
+        "The flow behind step {step} became too fast to follow, so the result ends there; try more `time.steps`, or a weaker drive or buoyancy."
+    )
 }
 
 /// Says how the solve ended, and where the result is.
@@ -220,6 +235,25 @@ pub(crate) fn no_memory(bytes: usize) -> Failure {
         "the system has not {} bytes ({}) for the solve and a little more to read and write; close other programs, or make `grid.cells` or `time.steps` smaller",
         bytes::grouped(bytes),
         bytes::rounded(bytes)
+    ))
+}
+
+/// The failure of a solve that `ended` without a flow that a result could hold. States go, but for those of a solve that was stopped: it goes on from them.
+pub(super) fn without_flow(scene: &Scene, ended: Status, keeper: &mut Keeper) -> Failure {
+    if ended != Status::Cancelled {
+        keeper.forget();
+        return not_finite(scene);
+    }
+    let remedy = match keeper.kept() {
+        Some(states) => format!(
+            "its state is kept: `thurible resume {}` goes on",
+            console::quoted_path(states)
+        ),
+        None => "no state of it was kept: solve it again, with --checkpoint to keep one".into(),
+    };
+    Failure::NotFinite(format!(
+        "{}: it was stopped, and the flow so far becomes too fast where it is followed to the end of the scene, so nothing was written; {remedy}",
+        scene.document.path().display()
     ))
 }
 

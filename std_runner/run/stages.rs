@@ -13,6 +13,7 @@ use core::ops::{Deref, DerefMut};
 use std::thread;
 use thurible_core::checkpoint::{Mix, Resumable};
 use thurible_core::exec::ranks::tell;
+use thurible_core::grid::Share;
 use thurible_core::{Exec, Params, Real, Solver, SolverError, Space};
 
 /// What has a solver of its own.
@@ -123,19 +124,26 @@ impl Job {
     ) -> Result<(Led<'m, T, S>, OwnedProblem), Failure> {
         self.said(stage.words());
         let (problem, params) = stage.of(&self.planned).ok_or_else(unlike_ranks)?;
-        let solver = self.solver(&problem, &params, block);
+        let solver = Solver::new(&problem.problem(), &params, block);
         let solver = solver.map_err(|error| refusal(&error))?;
-        self.alike(&solver)?;
-        Ok((Led(solver), problem))
+        Ok((Led(self.shared(solver, problem.share)?), problem))
     }
 
-    /// Refuses ranks that were given another scene, other options or another program than the first one.
-    fn alike<T: Real, S: Space>(&self, solver: &Solver<'_, T, S>) -> Result<(), Failure> {
+    /// A solver that the other ranks share; refuses ranks that were given another scene, other options or another program than the first one, before any
+    /// message goes by what these say.
+    fn shared<'m, T: Real, S: Space>(
+        &self,
+        mut solver: Solver<'m, T, S>,
+        share: Option<Share>,
+    ) -> Result<Solver<'m, T, S>, Failure> {
         let Some(ranks) = self.options.ranks else {
-            return Ok(());
+            return Ok(solver);
         };
         let mut mark = Mix::new();
         mark.word(solver.fingerprint());
+        for count in share.iter().flat_map(|share| [share.ranks, share.beside]) {
+            mark.word(count as u64);
+        }
         mark.bytes(env!("CARGO_PKG_VERSION").as_bytes());
         let own = mark.finish();
         let mut first = [own];
@@ -146,7 +154,9 @@ impl Job {
                     .into(),
             )
         });
-        agreed(ranks, alike)
+        agreed(ranks, alike)?;
+        solver.share(ranks);
+        Ok(solver)
     }
 
     /// Lets the other ranks go, which followed stage after stage.
@@ -160,19 +170,6 @@ impl Job {
             tell(ranks, 0, &mut words);
         }
         words
-    }
-
-    fn solver<'m, T: Real, S: Space>(
-        &self,
-        problem: &OwnedProblem,
-        params: &Params,
-        block: &'m mut [MaybeUninit<u8>],
-    ) -> Result<Solver<'m, T, S>, SolverError> {
-        let mut solver = Solver::new(&problem.problem(), params, block)?;
-        if let Some(ranks) = self.options.ranks {
-            solver.share(ranks);
-        }
-        Ok(solver)
     }
 
     /// Follows the first rank through all stages.
@@ -189,9 +186,9 @@ impl Job {
             }
             let stage = Stage::of_words(words).and_then(|stage| stage.of(&self.planned));
             let (problem, params) = stage.ok_or_else(unlike_ranks)?;
-            let solver = self.solver::<T, S>(&problem, &params, block);
-            let mut solver = solver.map_err(|error| solver_refusal(&error))?;
-            self.alike(&solver)?;
+            let solver = Solver::<T, S>::new(&problem.problem(), &params, block);
+            let solver = solver.map_err(|error| solver_refusal(&error))?;
+            let mut solver = self.shared(solver, problem.share)?;
             solver.follow(exec, &mut states);
         }
     }

@@ -6,7 +6,7 @@ use super::frames::SolverFrames;
 use super::inputs::{Inputs, set_inputs};
 use super::job::{Job, Solved, iterate, show};
 use super::masses;
-use super::messages::{self, not_finite};
+use super::messages;
 use super::outcome::Facts;
 use super::request::Request;
 use super::saved::{self, Ended, Progressed, Reading};
@@ -56,7 +56,6 @@ impl Job {
         };
         let files = report::files(self.planned.problem.steps, self.options.outputs.images);
         let mut destination = Destination::check(&self.request.folder, files)?;
-        let mut keeper = self.keeper(&destination, began_with)?;
         let mut watch = self.watch()?;
         messages::plan(&watch.display, &self.request.scene, &self.planned);
         if self.request.checkpoint.is_asked_for() && simulates(&self.planned.params) {
@@ -69,10 +68,12 @@ impl Job {
         };
         match reading {
             Some(mut reading) => self.go_on(&mut reading, solver, &mut so_far, &mut watch)?,
-            None => {
-                self.prepare(solver, exec, &watch)?;
-                watch.clock.begin();
-            }
+            None => self.prepare(solver, exec, &watch)?,
+        }
+        // States of an earlier solve make way when nothing can be refused any more.
+        let mut keeper = self.keeper(&destination, began_with)?;
+        if found.is_none() {
+            watch.clock.begin();
         }
         let ended = self.search(exec, solver, &mut so_far, (&mut watch, &mut keeper))?;
         let mut words = Words::default();
@@ -155,8 +156,7 @@ impl Job {
         self.refuse_failed(watch, keeper)?;
         if ended == Status::NotReady || is_unfinished {
             watch.display.close();
-            keeper.forget();
-            return Err(not_finite(&self.request.scene));
+            return Err(messages::without_flow(&self.request.scene, ended, keeper));
         }
         watch.clock.finished();
         // What was cut off goes on.
@@ -194,9 +194,7 @@ impl Job {
         let (step, steps) = (watch.simulated(), self.planned.problem.steps);
         if ended == Status::Cancelled && simulates(&self.planned.params) && step < steps {
             record.simulated_steps = Some(step);
-            record.remarks.push(format!(
-                "It was stopped after step {step} of {steps}: the flow behind it was not simulated, and is that of the start, or the given one."
-            ));
+            record.remarks.push(messages::stopped_after(step, steps));
         }
         record
     }

@@ -175,3 +175,58 @@ fn an_interrupted_film_has_the_pictures_so_far() {
     assert_eq!(decoder.num_frames() as usize, frames);
     assert!(frames < 91, "all of them");
 }
+
+/// A solve that is stopped while its flow becomes too fast behind the release: nothing can be written, and its last state stays.
+#[test]
+fn an_interrupt_without_a_flow_keeps_the_state() {
+    let folder = fresh_folder("interrupted_without_a_flow");
+    let (scene, out) = (folder.join("scene.toml"), folder.join("out"));
+    let text = "[grid]\ncells = [40, 40]\n[time]\nsteps = 60\n[source]\ncircle = { center = [0.4, 0.3], radius = 0.15 }\n[[keyframe]]\nstep = 20\n\
+                circle = { center = [0.6, 0.6], radius = 0.15 }\n[[release]]\nfrom = 21\n[flow]\nbuoyancy = 8.0\n[method]\niterations = 200\n\
+                direct = { nested = false }\n[output]\nframes = false\n";
+    std::fs::write(&scene, text).unwrap();
+    let mut command = crate::support::thurible();
+    command.args(["solve", scene.to_str().unwrap(), "--json"]).args([
+        "--checkpoint",
+        "every=1",
+        "-o",
+        out.to_str().unwrap(),
+    ]);
+    let mut seen = 0;
+    let ended = Endless::seen(&mut command, |line| {
+        seen += usize::from(line.contains("\"event\":\"iteration\""));
+        seen == 35
+    })
+    .stop();
+    assert_eq!(ended.code, 1, "{}{}", ended.out, ended.err);
+    assert!(ended.err.contains("thurible resume"), "{}", ended.err);
+    assert!(!out.exists());
+    assert!(
+        folder.join("out.checkpoint/state.0").is_file() || folder.join("out.checkpoint/state.1").is_file()
+    );
+}
+
+/// A window that is only simulated is stopped: the steps behind the stop are not taken for simulated ones.
+#[test]
+fn an_interrupted_window_of_a_simulation_says_where_it_ends() {
+    let folder = fresh_folder("interrupted_simulated_window").join("out");
+    let scene = ["simulate", "examples/small_3d.toml", "--steps", "4000"];
+    let more = [
+        "--set",
+        "flow.buoyancy=1e-3",
+        "--set",
+        "method.window=3000",
+        "-o",
+        folder.to_str().unwrap(),
+    ];
+    let (mut program, lines) = begun(&[&scene[..], &more].concat(), "\"window\"");
+    std::thread::sleep(core::time::Duration::from_millis(300));
+    signal(&program, &["INT"]);
+    lines.for_each(drop);
+    assert_eq!(program.wait().unwrap().code(), Some(130));
+    let report = verify("interrupted window", &folder).report;
+    let simulated = report["simulated_steps"].as_u64().unwrap();
+    assert!(simulated < 3000, "{simulated}");
+    let remarks = report["remarks"].to_string();
+    assert!(remarks.contains("It was stopped after step "), "{remarks}");
+}

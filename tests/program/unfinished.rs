@@ -299,3 +299,21 @@ fn a_second_run_is_refused_before_the_first_state() {
         after.err
     );
 }
+
+/// `--force` throws no state away before every file has been read.
+#[test]
+fn states_stay_where_a_new_solve_is_refused() {
+    let folder = folder_with("refused_by_force", WINDOWS);
+    let solve = [&SOLVE[..], &["-o", "out"]].concat();
+    killed(&folder, &solve, 3);
+    let states = folder.join("out.checkpoint");
+    assert!(states.is_dir(), "no states were kept");
+    let bad = WINDOWS.replace(
+        "[[keyframe]]\nstep = 5",
+        "[[emitter]]\nfrom = 20\nto = 22\nrate = 0.05\nimage = \"gone.png\"\n[[keyframe]]\nstep = 5",
+    );
+    fs::write(folder.join("scene.toml"), bad).unwrap();
+    let again = ended(&folder, &[&solve[..], &["--force"]].concat());
+    assert!(again.code != 0 && again.err.contains("gone.png"), "{}", again.err);
+    assert!(states.join("state.0").is_file() || states.join("state.1").is_file());
+}

@@ -283,3 +283,36 @@ fn a_free_flow_in_windows_is_the_free_flow() {
         .fold(0.0, f64::max);
     assert!(off < 1e-6, "{off:e}");
 }
+
+/// What nothing steers any more becomes too fast to follow: the result ends where that begins, and says so.
+#[test]
+fn a_release_that_becomes_too_fast_ends_the_result() {
+    let scene = "[grid]\ncells = [40, 40]\n[time]\nsteps = 60\n[source]\ncircle = { center = [0.4, 0.3], radius = 0.15 }\n[[keyframe]]\nstep = 20\n\
+                 circle = { center = [0.6, 0.6], radius = 0.15 }\n[[release]]\nfrom = 21\n[flow]\nbuoyancy = 8.0\n[method]\niterations = 5\nwindow = 25\n\
+                 stride = 8\n[output]\nframes = false\n";
+    let report = checked("windows_too_fast", scene, &[]).report;
+    let steps = report["steps"].as_u64().unwrap();
+    assert!((20..60).contains(&steps), "{steps}");
+    assert_eq!(report["status"], "stalled");
+    let remarks = report["remarks"].to_string();
+    assert!(remarks.contains("became too fast to follow"), "{remarks}");
+}
+
+/// A simulation in windows goes on from a result in which there is no smoke yet, and whose emitters begin in a later window.
+#[test]
+fn windows_go_on_before_the_first_smoke() {
+    let scene = "[grid]\ncells = [24, 24]\n[time]\nsteps = 24\n[[emitter]]\nfrom = 14\nto = 20\nrate = 0.05\n\
+                 circle = { center = [0.5, 0.3], radius = 0.15 }\n[flow]\nbuoyancy = 2e-3\n[output]\nframes = false\n";
+    let before = solved("windows_before_smoke", scene, "simulate", &[]);
+    let from = [
+        "--from",
+        before.to_str().unwrap(),
+        "--at",
+        "2",
+        "--set",
+        "method.window=8",
+    ];
+    let parts = Outcome::read(&solved("windows_from_nothing", scene, "simulate", &from));
+    let mass = |step: usize| parts.density[step].data.iter().sum::<f64>();
+    assert!(mass(13) == 0.0 && mass(24) > 0.0);
+}

@@ -21,7 +21,7 @@ use thurible_core::method::registry::steers;
 use thurible_core::output::DENSITY;
 use thurible_core::{Exec, Real, Silent, Space, Status};
 
-/// Looks at the whole scene before the first window: whether smoke can come to every keyframe, and which mass it has there.
+/// Looks at the whole scene before the first window: whether it can be read, whether smoke can come to every keyframe, and which mass it has there.
 ///
 /// # Errors
 /// It cannot, or the flow becomes too fast.
@@ -29,13 +29,37 @@ pub(super) fn look<T: Real + Sample, S: Space>(
     job: &Job,
     exec: &dyn Exec,
     block: &mut [MaybeUninit<u8>],
-    destination: &Destination,
+    (destination, windows): (&Destination, &[Window]),
 ) -> Result<Option<Vec<f64>>, Failure> {
-    if !steers(&job.planned.params) {
+    let steers = steers(&job.planned.params);
+    if let Some(first) = windows.first() {
+        check_start::<T, S>(job, block, destination, first)?;
+    }
+    if !steers {
         return Ok(None);
     }
     check_keyframes(&job.request.scene)?;
     free_masses::<T, S>(job, exec, block, destination)
+}
+
+/// Reads once what the `first` window begins with, and what emitters and the mask draw in later ones, before the states of an earlier solve make way.
+fn check_start<T: Real + Sample, S: Space>(
+    job: &Job,
+    block: &mut [MaybeUninit<u8>],
+    destination: &Destination,
+    first: &Window,
+) -> Result<(), Failure> {
+    let (scene, mut unheard) = (&job.request.scene, Vec::new());
+    for emitter in &scene.emitters {
+        drawn::<f64>(scene, &emitter.key, &emitter.shape, &mut unheard)?;
+    }
+    if let Some(mask) = &scene.control.mask {
+        drawn::<f64>(scene, "control.mask", mask, &mut unheard)?;
+    }
+    let (scratch, samples) = (destination.aside()?, Samples::new(T::PRECISION));
+    let mut left = Left::new(&scratch, "start", S::DIM, samples)?;
+    let (mut solver, _) = job.lead::<T, S>(Stage::Window(0, false), block)?;
+    left.begin(scene, job.request.from.as_ref(), first, &mut solver, &mut unheard)
 }
 
 /// Draws every keyframe once, so that nothing is found wrong in the middle of a solve, and sees whether smoke can come there.

@@ -9,7 +9,7 @@ mod sum;
 mod walk;
 
 use super::job::{Job, Solved};
-use super::messages::{self, not_finite};
+use super::messages;
 use super::outcome::Facts;
 use super::saved::Reading;
 use crate::destination::{Aside, Destination};
@@ -34,8 +34,9 @@ impl Job {
         let mut destination = Destination::check(&self.request.folder, files)?;
         let masses = match self.request.found {
             Some(_) => None,
-            None => ahead::look::<T, S>(self, exec, block, &destination)?,
+            None => ahead::look::<T, S>(self, exec, block, (&destination, &all))?,
         };
+        let mut watch = self.watch()?;
         let mut keeper = self.keeper(&destination, began_with)?;
         // A state goes on with the files beside it: where they are elsewhere, none is kept at the end either.
         let (aside, are_beside) = match keeper.beside_states()? {
@@ -44,7 +45,6 @@ impl Job {
         };
         let mut reading = self.request.found.as_ref().map(Reading::new).transpose()?;
         let mut walk = Walk::new(self, aside, exec, T::PRECISION)?;
-        let mut watch = self.watch()?;
         // What comes after a release is not searched.
         let last = all.iter().rposition(Window::is_searched);
         watch.windows = last.map_or(0, |last| last + 1);
@@ -78,8 +78,7 @@ impl Job {
         watch.clock.finished();
         if walk.kept.problem.steps < 2 {
             watch.display.close();
-            keeper.forget();
-            return Err(not_finite(&self.request.scene));
+            return Err(messages::without_flow(&self.request.scene, ended, &mut keeper));
         }
         let end = walk.words(&mut watch);
         let (found, mass_factors) = walk.found();
@@ -97,6 +96,13 @@ impl Job {
             record.remarks.push(text.into());
         }
         record.remarks.extend(blind);
+        if let Some(step) = walk.too_fast() {
+            record.remarks.push(messages::too_fast(step));
+        }
+        if let Some(step) = walk.simulated() {
+            record.simulated_steps = Some(step);
+            record.remarks.push(messages::stopped_after(step, record.steps));
+        }
         if let Some(short) = messages::short(&record, self.planned.problem.steps) {
             record.remarks.insert(0, short);
         }

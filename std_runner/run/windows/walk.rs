@@ -13,7 +13,7 @@ use crate::report::WindowRecord;
 use crate::run::found::Found;
 use crate::run::frames::SolverFrames;
 use crate::run::job::{Job, iterate, show};
-use crate::run::messages::not_finite;
+use crate::run::messages;
 use crate::run::saved::{self, Reading};
 use crate::windows::Window;
 use core::mem::MaybeUninit;
@@ -36,6 +36,10 @@ pub(super) struct Walk<'a> {
     pub(super) inside: Option<Inside>,
     pub(super) ended: Status,
     pub(super) nested: f64,
+    /// The steps of a first window that was stopped while it was simulated.
+    simulated: Option<usize>,
+    /// Where a window began whose flow became too fast to follow.
+    too_fast: Option<usize>,
 }
 
 /// What is remembered of a window that is under way.
@@ -72,6 +76,8 @@ impl<'a> Walk<'a> {
             inside: None,
             ended: Status::Converged,
             nested: 0.0,
+            simulated: None,
+            too_fast: None,
         })
     }
 
@@ -93,6 +99,16 @@ impl<'a> Walk<'a> {
     /// How all windows ended so far.
     pub fn ended(&self) -> Status {
         self.ended
+    }
+
+    /// Where a flow became too fast to follow, and the result ends.
+    pub fn too_fast(&self) -> Option<usize> {
+        self.too_fast
+    }
+
+    /// How far the only window came, where it was simulated and stopped on the way.
+    pub fn simulated(&self) -> Option<usize> {
+        self.simulated
     }
 
     /// The seconds of their nested starts.
@@ -123,23 +139,29 @@ impl<'a> Walk<'a> {
         self.inside = None;
         self.nested += (watch.clock.nested - inside.second).max(0.0);
         let unfinished = ended == Status::NotReady || solver.finish(self.exec).is_err();
-        let useless = unfinished || (ended == Status::Cancelled && !window.is_searched());
-        if useless && self.left.is_there() {
-            self.ended = self.end_before(&window, ended)?;
+        // Behind where a simulation ended early its flow stands still.
+        let is_short = matches!(ended, Status::Cancelled | Status::NotFinite) && !window.is_searched();
+        if (unfinished || is_short) && self.left.is_there() {
+            if ended != Status::Cancelled {
+                self.too_fast = Some(window.start);
+            }
+            self.ended = self.end_before(&window, ended.of_result(true))?;
             return Ok(self.ended);
         }
         if unfinished {
             watch.display.close();
-            keeper.forget();
-            return Err(not_finite(&self.job.request.scene));
+            return Err(messages::without_flow(&self.job.request.scene, ended, keeper));
         }
-        if ended == Status::Cancelled {
+        if ended == Status::Cancelled || is_short {
             (window.is_last, window.keeps) = (true, window.steps);
+        }
+        if is_short && ended == Status::Cancelled && watch.simulated() < window.steps {
+            self.simulated = Some(watch.simulated());
         }
         self.note(&solver, watch, &window, (ended, inside));
         self.take(&mut solver, &problem, &window)?;
         self.number += 1;
-        self.ended = self.sum.worst();
+        self.ended = if is_short { ended } else { self.sum.worst() };
         if !self.over && keeper.is_due(watch) {
             self.keep(watch, keeper, &mut |_| Ok(()));
         }
