@@ -70,6 +70,11 @@ pub(crate) struct Places {
 }
 
 impl Places {
+    /// Which flow carries the density of `step` to the next one: that of the step itself; where flows are those of cells (Stable Fluids) that of the next.
+    pub fn carrying(&self, step: usize) -> usize {
+        step + usize::from(self.centred)
+    }
+
     /// How many there are of component `axis` along x, y (and z).
     fn counts(&self, cells: &[usize], axis: usize) -> Vec<usize> {
         let mut counts = cells.to_vec();

@@ -96,7 +96,11 @@ impl Lines {
         step: usize,
         pixels: f32,
     ) -> Result<Option<(Field, f32)>, OutputError> {
-        let last = plane.densities.steps.saturating_sub(of.fewer() - 1);
+        // Where flows are those of cells there is one more of each.
+        let last = plane
+            .places
+            .carrying(plane.densities.steps)
+            .saturating_sub(of.fewer() - 1);
         let strongest = match self.strongest {
             Some(known) => known,
             None => {
@@ -121,7 +125,7 @@ impl Lines {
         now.begin_at(Streaks::begins(step));
         let repeats = core::array::from_fn(|axis| plane.places.beyond.get(axis) == Some(&0));
         while now.step() < step {
-            let flow = plane.field(Vectors::Velocity, now.step(), plane.scale)?;
+            let flow = plane.field(Vectors::Velocity, plane.places.carrying(now.step()), plane.scale)?;
             now.follow(&flow, repeats);
         }
         self.streaks = Some(now.clone());

@@ -62,6 +62,9 @@ impl Movie {
     }
 }
 
+/// Even sides, and the colours of high definition (BT.709), which players take for granted in large pictures, and are told of in small ones.
+const FILTERS: &str = "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv";
+
 /// One that ffmpeg encodes.
 pub(crate) struct Encoded {
     encoder: Child,
@@ -87,8 +90,18 @@ impl Encoded {
         encoder
             .args(["-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"])
             .args(["-s", &size, "-r", &pace.to_string(), "-i", "-", "-an"])
-            .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264"])
-            .args(["-crf", "16", "-pix_fmt", "yuv420p", "-movflags", "+faststart"])
+            .args([
+                "-vf", FILTERS, "-c:v", "libx264", "-crf", "16", "-pix_fmt", "yuv420p",
+            ])
+            .args([
+                "-colorspace",
+                "bt709",
+                "-color_primaries",
+                "bt709",
+                "-color_trc",
+                "bt709",
+            ])
+            .args(["-color_range", "tv", "-movflags", "+faststart"])
             .arg(path)
             .stdin(Stdio::piped())
             .stdout(Stdio::null())

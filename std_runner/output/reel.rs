@@ -177,7 +177,9 @@ impl Reel {
         now.begin_at(now.step().max(Drift::begins(step)));
         while now.step() < step {
             let (name, Flow { places, scale, .. }) = (Vectors::Velocity.name(), &self.flow);
-            let flow = self.densities.at_centres(name, now.step(), places, *scale)?;
+            let flow = self
+                .densities
+                .at_centres(name, places.carrying(now.step()), places, *scale)?;
             now.follow(&flow);
         }
         self.drift = Some(now.clone());

@@ -65,6 +65,8 @@ def check_mp4(ffmpeg, path, frames):
     for step, (shown, frame) in enumerate(zip(film, frames)):
         apart = numpy.abs(shown[:HEIGHT, :WIDTH] - frame).mean()
         assert apart < ALIKE, f"step {step} is {apart} levels off"
+    said = run(ffmpeg, "-hide_banner", "-i", path, "-f", "null", "-", stderr=subprocess.PIPE, text=True).stderr
+    assert "yuv420p(tv, bt709" in said, f"colours of no high definition: {said}"
     # A control: another step is further away than the right one.
     assert numpy.abs(film[-1, :HEIGHT, :WIDTH] - frames[0]).mean() > ALIKE
 

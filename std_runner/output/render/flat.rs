@@ -2,7 +2,7 @@
 
 use super::deep::Shot;
 use super::lamp::shade;
-use super::palette::{Palette, signed};
+use super::palette::{Palette, covered, signed};
 use super::smoke::Smoke;
 use super::tone::linear;
 use super::upscale::enlarge;
@@ -28,7 +28,13 @@ pub(super) fn photograph(smoke: &Smoke) -> Picture {
 }
 
 /// A picture in which a cell is `factor` pixels wide and high.
-pub(super) fn enlarged(smoke: &Smoke, factor: usize) -> Picture {
+fn enlarged(smoke: &Smoke, factor: usize) -> Picture {
+    let levels = glowing(smoke, factor).map(|glow| (glow * 255.0).round() as u8);
+    shown(smoke, factor, levels, Palette::Smoke)
+}
+
+/// How bright the smoke is in every pixel, 0 ..= 1.
+fn glowing(smoke: &Smoke, factor: usize) -> impl Iterator<Item = f32> {
     let [nx, _, _] = smoke.cells;
     let strength = SHADE / smoke.longest();
     let light = shade(smoke.cells, 1, &smoke.values, None, LAMP)
@@ -37,13 +43,18 @@ pub(super) fn enlarged(smoke: &Smoke, factor: usize) -> Picture {
     let light = from_the_top(nx, factor, &light.collect::<Vec<f32>>());
     let density = from_the_top(nx, factor, &smoke.values);
     let whole = 1.0 - (-OPACITY).exp();
-    let glow = |(density, light): (f32, f32)| {
+    let glow = move |(density, light): (f32, f32)| {
         let opacity = (1.0 - (-OPACITY * density.max(0.0)).exp()) / whole;
-        opacity * (AMBIENT + (1.0 - AMBIENT) * light.clamp(0.0, 1.0))
+        (opacity * (AMBIENT + (1.0 - AMBIENT) * light.clamp(0.0, 1.0))).clamp(0.0, 1.0)
     };
-    let level = |value: f32| (value * 255.0).round().clamp(0.0, 255.0) as u8;
-    let levels = density.into_iter().zip(light).map(|pixel| level(glow(pixel)));
-    shown(smoke, factor, levels, Palette::Smoke)
+    density.into_iter().zip(light).map(glow)
+}
+
+/// What part of every pixel a body covers.
+fn parts(body: &[f32], nx: usize, factor: usize) -> impl Iterator<Item = f32> {
+    // The edge is where it is 1/2 and about a pixel wide: from cell to cell it changes by some 1/3.
+    let part = move |body: f32| ((body - 0.5) * 3.0 * factor as f32 + 0.5).clamp(0.0, 1.0);
+    from_the_top(nx, factor, body).into_iter().map(part)
 }
 
 /// Levels of pixels, with the body before them if there is one.
@@ -51,12 +62,7 @@ fn shown(smoke: &Smoke, factor: usize, levels: impl Iterator<Item = u8>, palette
     let [nx, _, ny] = smoke.cells;
     let (bytes, colours) = match &smoke.body {
         None => (levels.collect(), Colours::Of(palette)),
-        Some(body) => {
-            // The edge is where it is 1/2 and about a pixel wide: from cell to cell it changes by some 1/3.
-            let body = from_the_top(nx, factor, &body.0).into_iter();
-            let parts = body.map(|body| ((body - 0.5) * 3.0 * factor as f32 + 0.5).clamp(0.0, 1.0));
-            (palette.behind(levels, parts), Colours::Each)
-        }
+        Some(body) => (palette.behind(levels, parts(&body.0, nx, factor)), Colours::Each),
     };
     Picture {
         width: nx * factor,
@@ -122,28 +128,21 @@ pub(super) fn stand(smoke: &Smoke, shot: &Shot) -> Stand {
 
 /// The light of a picture on the ground of the palette.
 pub(super) fn expose(smoke: &Smoke, shot: &Shot) -> Vec<[f32; 3]> {
-    let picture = enlarged(smoke, magnified(smoke, shot));
-    let Stand { left, above, .. } = stand(smoke, shot);
-    let light = |colour: [u8; 3]| colour.map(|code| shot.gain * linear(f32::from(code) / 255.0));
-    let palette = Palette::Smoke.colours();
-    let ground = light(palette[0]);
-    let pixel = |index: usize| match picture.colours {
-        Colours::Of(_) => picture.bytes.get(index).map(|&level| palette[usize::from(level)]),
-        Colours::Each => picture
-            .bytes
-            .get(3 * index..3 * index + 3)
-            .and_then(|colour| colour.try_into().ok()),
-    };
-    let mut film = vec![ground; shot.width * shot.height];
-    for (row, film) in film
-        .chunks_exact_mut(shot.width)
-        .skip(above)
-        .take(picture.height)
-        .enumerate()
-    {
-        for (column, film) in film.iter_mut().skip(left).take(picture.width).enumerate() {
-            *film = pixel(row * picture.width + column).map_or(ground, light);
-        }
+    let (factor, [nx, _, _]) = (magnified(smoke, shot), smoke.cells);
+    let stand = stand(smoke, shot);
+    let light = |colour: [f32; 3]| colour.map(|code| shot.gain * linear(code / 255.0));
+    let mut seen: Vec<[f32; 3]> = glowing(smoke, factor)
+        .map(|glow| Palette::Smoke.at(glow))
+        .collect();
+    if let Some(body) = &smoke.body {
+        let pixels = seen.iter_mut().zip(parts(&body.0, nx, factor));
+        pixels.for_each(|(colour, part)| *colour = covered(*colour, part));
+    }
+    let mut film = vec![light(Palette::Smoke.at(0.0)); shot.width * shot.height];
+    let lines = film.chunks_exact_mut(shot.width).skip(stand.above);
+    for (film, seen) in lines.zip(seen.chunks_exact(stand.wide.max(1))) {
+        let film = film.iter_mut().skip(stand.left);
+        film.zip(seen).for_each(|(film, &colour)| *film = light(colour));
     }
     film
 }

@@ -18,17 +18,19 @@ const BACKDROP: [[f32; 3]; 2] = [[0.0130, 0.0142, 0.0180], [0.0050, 0.0055, 0.00
 
 type Colour = [f32; 3];
 
-/// The light along `ray`, and the distance of the body that it ends at, if it does; the first step is the part `jitter` of a whole one.
+/// The light along `ray`, and the distance of the body that it ends at, if it does; each step is seen at the part `jitter` of it, the last one of what is left.
 pub(super) fn look(stage: &Stage, ray: &Ray, jitter: f32) -> (Colour, f32) {
     let mut light = [0.0; 3];
     let mut clear = 1.0_f32;
-    let mut distance = ray.near + jitter * stage.stride;
-    while distance < ray.far && clear > OPAQUE {
+    let mut begin = ray.near;
+    while begin < ray.far && clear > OPAQUE {
+        let step = stage.stride.min(ray.far - begin);
+        let distance = begin + jitter * step;
         let point = ray.along(distance);
         let (block, busy) = stage.blocks.at(point);
         if !busy {
             let steps = ((leaves(ray, block) - distance) / stage.stride).ceil();
-            distance += stage.stride * steps.max(1.0);
+            begin += stage.stride * steps.max(1.0);
             continue;
         }
         if let Some(body) = &stage.body
@@ -39,11 +41,11 @@ pub(super) fn look(stage: &Stage, ray: &Ray, jitter: f32) -> (Colour, f32) {
         }
         let density = stage.density.at(point);
         if density > LEAST {
-            let through = (-stage.extinction * stage.stride * density).exp();
+            let through = (-stage.extinction * step * density).exp();
             light = with(light, stage.glow(point), clear * (1.0 - through));
             clear *= through;
         }
-        distance += stage.stride;
+        begin += stage.stride;
     }
     (with(light, behind(stage, ray), clear), f32::INFINITY)
 }

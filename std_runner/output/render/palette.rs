@@ -38,11 +38,27 @@ const BODY: Colour = [112, 113, 116];
 impl Palette {
     /// One colour a level.
     pub fn colours(self) -> [Colour; 256] {
+        core::array::from_fn(|level| rounded(self.at(level as f32 / 255.0)))
+    }
+
+    /// The colour of a level 0 ..= 1, in the numbers of a byte but not rounded to one.
+    pub(super) fn at(self, level: f32) -> [f32; 3] {
         let stops: &[(f32, Colour)] = match self {
             Self::Smoke => &SMOKE,
             Self::Difference => &DIFFERENCE,
         };
-        core::array::from_fn(|level| colour(stops, level as f32 / 255.0))
+        let mut found = [0.0; 3];
+        for pair in stops.windows(2) {
+            let [(low, from), (high, to)] = pair else { continue };
+            if (*low..=*high).contains(&level) {
+                found = mixed(
+                    from.map(f32::from),
+                    to.map(f32::from),
+                    (level - low) / (high - low),
+                );
+            }
+        }
+        found
     }
 
     /// Red, green and blue of `levels` of which a body covers `parts`, 0 ..= 1.
@@ -52,35 +68,28 @@ impl Palette {
         parts: impl Iterator<Item = f32>,
     ) -> Vec<u8> {
         let colours = self.colours();
-        let mixed = |(level, part): (u8, f32)| {
+        let seen = |(level, part): (u8, f32)| {
             let behind = colours.get(usize::from(level)).copied().unwrap_or_default();
-            let mut colour = [0; 3];
-            for ((colour, from), to) in colour.iter_mut().zip(behind).zip(BODY) {
-                let (from, to) = (f32::from(from), f32::from(to));
-                *colour = (from + part * (to - from)).round() as u8;
-            }
-            colour
+            rounded(covered(behind.map(f32::from), part))
         };
-        levels.zip(parts).flat_map(mixed).collect()
+        levels.zip(parts).flat_map(seen).collect()
     }
+}
+
+/// A colour of which a body covers a part.
+pub(super) fn covered(behind: [f32; 3], part: f32) -> [f32; 3] {
+    mixed(behind, BODY.map(f32::from), part)
+}
+
+fn mixed(from: [f32; 3], to: [f32; 3], part: f32) -> [f32; 3] {
+    core::array::from_fn(|channel| from[channel] + part * (to[channel] - from[channel]))
+}
+
+fn rounded(colour: [f32; 3]) -> Colour {
+    colour.map(|number| number.round() as u8)
 }
 
 /// The level of a value -1 ..= 1.
 pub(crate) fn signed(value: f32) -> u8 {
     (128.0 + value.clamp(-1.0, 1.0) * 127.0).round() as u8
-}
-
-fn colour(stops: &[(f32, Colour)], place: f32) -> Colour {
-    let mut colour = [0; 3];
-    for pair in stops.windows(2) {
-        let [(low, from), (high, to)] = pair else { continue };
-        if (*low..=*high).contains(&place) {
-            let part = (place - low) / (high - low);
-            colour = core::array::from_fn(|channel| {
-                let (from, to) = (f32::from(from[channel]), f32::from(to[channel]));
-                (from + part * (to - from)).round() as u8
-            });
-        }
-    }
-    colour
 }

@@ -134,3 +134,40 @@ fn any_number_of_threads_draws_the_same() {
     };
     assert!(drawn(1) == drawn(2) && drawn(1) == drawn(3));
 }
+
+/// Smoke that a side of the box cuts has an even edge: next to each other no pixel is dark and the next one bright.
+#[test]
+fn smoke_at_a_side_of_the_box_has_an_even_edge() {
+    let front = Angles {
+        azimuth: 0.0,
+        elevation: 0.0,
+    };
+    let count: usize = 16;
+    let slab = |cell: usize| f32::from(u8::from(cell / count.pow(2) >= 8 && cell % count >= 8));
+    let density = (0..count.pow(3)).map(slab).collect();
+    let film = Smoke::new(&[count; 3], density, 1.0, None).expose(&Shot {
+        angles: front,
+        ..shot(240, 240)
+    });
+    let brightness = |column: usize, row: usize| film.light[row * 240 + column][0];
+    // Down the right side of the slab, where rays pass through a corner of it, from its inside to where it is not seen.
+    let of_column = |column: usize| -> f32 {
+        let rows = 30..90;
+        let jumps = rows.map(|row| (brightness(column, row) - brightness(column, row + 1)).abs());
+        jumps.fold(0.0, f32::max)
+    };
+    let brightest = film.light.iter().map(|light| light[0]).fold(0.0, f32::max);
+    let worst = (180..240).map(of_column).fold(0.0, f32::max);
+    assert!(worst < 0.25 * brightest, "{worst} of {brightest}");
+}
+
+/// What a plane sends is no number of a byte.
+#[test]
+fn a_plane_has_more_than_the_levels_of_a_byte() {
+    let density: Vec<f32> = (0..1600).map(|cell| (cell % 40) as f32 / 40.0).collect();
+    let film = Smoke::new(&[40, 40], density, 1.0, None).expose(&shot(400, 400));
+    let mut reds: Vec<u32> = film.light.iter().map(|light| light[0].to_bits()).collect();
+    reds.sort_unstable();
+    reds.dedup();
+    assert!(reds.len() > 1000, "{}", reds.len());
+}
