@@ -35,7 +35,7 @@ impl Fields<'_> {
     /// Sizes, the low and the high corner, and a vector a line, x fastest.
     fn write(&self, sink: &mut impl Write, source: &Source, frame: &Frame) -> io::Result<()> {
         let orientation = &self.0.orientation;
-        let lattice = orientation.lattice(source.cells(), [false; 3]);
+        let lattice = orientation.lattice(source.cells());
         let [nx, ny, nz] = lattice.size;
         let low = orientation.corner(source.sides());
         let high: [f64; 3] = core::array::from_fn(|axis| low[axis] + source.sides()[orientation.from[axis]]);

@@ -2,7 +2,7 @@
 
 use super::forecast::Forecast;
 use super::orient::Orientation;
-use super::request::{Format, Request, Written, facts};
+use super::request::{Format, Request, Written, earlier, facts};
 use super::sink::{Manner, Sink, TimeScale};
 use super::source::Source;
 use super::{fga, npz, volume, vti, zarr};
@@ -17,6 +17,7 @@ use crate::plan::size_in_words;
 use crate::progress::{Display, Mode};
 use crate::report::number;
 use core::ops::RangeInclusive;
+use half::f16;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use thurible_core::exec::Ranks;
@@ -76,17 +77,27 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
     }
     let mut destination = Destination::check_for(&request.folder, MARK, vec![MARK.into()])?;
     announce(request, run.source, &display, [bytes, steps.clone().count()]);
+    let earlier = earlier(&request.folder.join(MARK), request);
     let stays = |file: &Path| !parts.iter().any(|part| file.starts_with(part));
     let written = destination.exchange(&stays, |folder| {
         shared_folder(ranks, folder, SHARED).map_err(OutputError::Source)?;
         let written = run.steps(folder, steps.clone(), request.staggered)?;
         run.finish(folder, &written)?;
-        let facts = facts(request, &manner, run.source, &written);
+        let mut facts = facts(request, &manner, run.source, &written);
+        facts["earlier"] = earlier.clone();
         write_bytes(&folder.join(MARK), format!("{facts:#}\n").as_bytes())?;
         Ok(written)
     });
     display.close();
-    ended(&display, &destination, &written?, &manner, &interrupt)
+    let written = written?;
+    let is_half = manner.half && request.writes_volumes();
+    if is_half && written.largest > 0.0 && written.largest < f64::from(f16::MIN_POSITIVE) {
+        display.warning(&format!(
+            "the densest smoke is {:.1e}, of which half precision keeps less than three digits, and of the rest less: write --precision float, or denser smoke",
+            written.largest
+        ));
+    }
+    ended(&display, &destination, &written, &manner, &interrupt)
 }
 
 /// An export on its way.

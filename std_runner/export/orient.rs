@@ -31,15 +31,13 @@ impl Orientation {
         Self { from, turned }
     }
 
-    /// The file's places of a field of `counts` values along the result's axes. `ring` says along which axes a field is of faces on a
-    /// ring, where turned face k is face n - k, and face 0 itself.
-    pub fn lattice(&self, counts: [usize; 3], ring: [bool; 3]) -> Lattice {
+    /// The file's places of a field of `counts` values along the result's axes.
+    pub fn lattice(&self, counts: [usize; 3]) -> Lattice {
         let strides = [1, counts[0], counts[0] * counts[1]];
         Lattice {
             size: self.from.map(|axis| counts[axis]),
             stride: self.from.map(|axis| strides[axis]),
             turned: self.turned,
-            ring: self.from.map(|axis| ring[axis]),
         }
     }
 
@@ -62,7 +60,6 @@ pub(super) struct Lattice {
     pub size: [usize; 3],
     stride: [usize; 3],
     turned: [bool; 3],
-    ring: [bool; 3],
 }
 
 impl Lattice {
@@ -74,10 +71,10 @@ impl Lattice {
             if index >= size {
                 return None;
             }
-            let index = match (self.turned[axis], self.ring[axis]) {
-                (false, _) => index,
-                (true, false) => size - 1 - index,
-                (true, true) => (size - index) % size,
+            let index = if self.turned[axis] {
+                size - 1 - index
+            } else {
+                index
             };
             place += index * self.stride[axis];
         }
@@ -91,7 +88,7 @@ mod tests {
 
     #[test]
     fn y_up_is_a_rotation() {
-        let lattice = Orientation::new(3, Up::Y).lattice([2, 3, 4], [false; 3]);
+        let lattice = Orientation::new(3, Up::Y).lattice([2, 3, 4]);
         assert_eq!(lattice.size, [2, 4, 3]);
         // The result's (1, 0, 3) is the file's (1, 3, 2): y counts from the other end.
         assert_eq!(lattice.place([1, 3, 2]), Some(1 + 3 * 6));
@@ -100,20 +97,10 @@ mod tests {
     }
 
     #[test]
-    fn turned_faces_of_a_ring_begin_with_the_first() {
-        let lattice = Orientation::new(3, Up::Y).lattice([1, 4, 1], [false, true, false]);
-        let places: Vec<_> = (0..4).filter_map(|k| lattice.place([0, 0, k])).collect();
-        assert_eq!(places, [0, 3, 2, 1]);
-    }
-
-    #[test]
     fn a_plane_stands_upright_where_z_is_up() {
-        let lattice = Orientation::new(2, Up::Z).lattice([5, 7, 1], [false; 3]);
+        let lattice = Orientation::new(2, Up::Z).lattice([5, 7, 1]);
         assert_eq!(lattice.size, [5, 1, 7]);
         assert_eq!(lattice.place([2, 0, 6]), Some(2 + 6 * 5));
-        assert_eq!(
-            Orientation::new(2, Up::Y).lattice([5, 7, 1], [false; 3]).size,
-            [5, 7, 1]
-        );
+        assert_eq!(Orientation::new(2, Up::Y).lattice([5, 7, 1]).size, [5, 7, 1]);
     }
 }

@@ -8,7 +8,8 @@ use crate::progress::Mode;
 use clap::ValueEnum;
 use core::ops::RangeInclusive;
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 use thurible_core::exec::Ranks;
 
 /// What is written.
@@ -47,6 +48,11 @@ pub(crate) struct Request {
 }
 
 impl Request {
+    /// Whether it writes volumes, whose precision may be half.
+    pub fn writes_volumes(&self) -> bool {
+        self.formats.iter().any(|format| is_volume(*format))
+    }
+
     /// The words of its formats.
     pub fn names(&self) -> Vec<String> {
         let name = |format: &Format| {
@@ -56,6 +62,33 @@ impl Request {
         };
         self.formats.iter().filter_map(name).collect()
     }
+}
+
+fn is_volume(format: Format) -> bool {
+    matches!(format, Format::Vdb | Format::Usd)
+}
+
+/// What the `export.json` at `path` says of exports whose files stay: those of formats that are not written now.
+pub(super) fn earlier(path: &Path, request: &Request) -> Value {
+    let text = fs::read_to_string(path).unwrap_or_default();
+    let mut last: Value = serde_json::from_str(&text).unwrap_or_default();
+    let before = last.as_object_mut().and_then(|last| last.remove("earlier"));
+    let before = before
+        .and_then(|before| before.as_array().cloned())
+        .unwrap_or_default();
+    let goes = |word: &Value| {
+        let format = word.as_str().and_then(|word| Format::from_str(word, false).ok());
+        format.is_none_or(|format| {
+            request.formats.contains(&format) || is_volume(format) && request.writes_volumes()
+        })
+    };
+    let all = [last].into_iter().chain(before);
+    let left = all.filter_map(|mut facts| {
+        let formats = facts.get_mut("formats")?.as_array_mut()?;
+        formats.retain(|word| !goes(word));
+        (!formats.is_empty()).then_some(facts)
+    });
+    Value::Array(left.collect())
 }
 
 /// What was written.

@@ -15,14 +15,25 @@ pub(super) struct Faces {
     pub values: Vec<f64>,
     /// Faces along x, y, z.
     counts: [usize; 3],
-    /// Along which axis they are on a ring.
-    ring: [bool; 3],
 }
 
 impl Faces {
+    /// All of them: along the axis of a ring the first ones stand behind the last cells again.
+    fn whole(values: Vec<f64>, mut counts: [usize; 3], ring: Option<usize>) -> Self {
+        let Some(axis) = ring else {
+            return Self { values, counts };
+        };
+        let width: usize = counts.iter().take(axis).product();
+        let lines = values.chunks_exact((width * counts[axis]).max(1));
+        let closed = lines.flat_map(|line| line.iter().chain(line.iter().take(width)));
+        let values = closed.copied().collect();
+        counts[axis] += 1;
+        Self { values, counts }
+    }
+
     /// Their places in a file.
     pub fn lattice(&self, orientation: &Orientation) -> Lattice {
-        orientation.lattice(self.counts, self.ring)
+        orientation.lattice(self.counts)
     }
 }
 
@@ -133,7 +144,14 @@ impl Source {
         let fields = cells * (1 + counts.len());
         let read = counts.iter().copied().max().unwrap_or(cells);
         let size = if self.said.double { 8 } else { 4 };
-        let kept = if faces { counts.iter().sum() } else { 0 };
+        // A ring has a layer of faces more in the file.
+        let least = self.said.cells.iter().copied().min().unwrap_or(1).max(1);
+        let layers = counts.iter().sum::<usize>().div_ceil(least);
+        let kept = if faces {
+            counts.iter().sum::<usize>() + layers
+        } else {
+            0
+        };
         // Doubles, and an eighth more for masks and what is being written.
         8 * (fields + read + kept) + cells + if packed { size * read } else { 0 }
     }
@@ -156,14 +174,14 @@ impl Source {
             let centred = self.said.centred && own == cells[axis];
             let mut counts = cells;
             counts[axis] = own;
-            let ring: [bool; 3] = core::array::from_fn(|other| other == axis && own == cells[axis]);
             velocity.push(if centred {
                 values.clone()
             } else {
                 middle(&values, cells, counts, axis)
             });
             if with_faces {
-                faces.push(Faces { values, counts, ring });
+                let is_ring = !centred && own == cells[axis];
+                faces.push(Faces::whole(values, counts, is_ring.then_some(axis)));
             }
         }
         Ok(Frame {
@@ -196,4 +214,27 @@ impl Source {
 
 pub(super) fn unread(folder: &Path, error: &ShapeError) -> Failure {
     error.failure(format!("{}: {error}", folder.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ring_is_closed_by_the_faces_that_it_begins_with() {
+        let values: Vec<f64> = (0..12).map(f64::from).collect();
+        let Faces {
+            values: closed,
+            counts,
+        } = Faces::whole(values.clone(), [2, 3, 2], Some(1));
+        assert_eq!(counts, [2, 4, 2]);
+        assert_eq!(
+            closed,
+            [
+                0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 0.0, 1.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 6.0, 7.0
+            ]
+        );
+        let open = Faces::whole(values.clone(), [2, 3, 2], None);
+        assert_eq!((open.values, open.counts), (values, [2, 3, 2]));
+    }
 }

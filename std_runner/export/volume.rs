@@ -81,7 +81,7 @@ impl Volumes<'_> {
     /// The grids of a step.
     fn grids<'f>(&self, source: &Source, frame: &'f Frame) -> Vec<Grid<'f>> {
         let (orientation, TimeScale { factor, fps }) = (&self.manner.orientation, self.manner.time);
-        let cells = orientation.lattice(source.cells(), [false; 3]);
+        let cells = orientation.lattice(source.cells());
         let density = Component {
             values: &frame.density,
             lattice: cells,

@@ -479,3 +479,16 @@ fn ranks_share_the_steps() {
         assert_eq!(sums(&folder), alone, "{count} ranks");
     }
 }
+
+/// What an export leaves of an earlier one is still said.
+#[test]
+fn what_stays_of_earlier_exports_is_said() {
+    let result = result("export_earlier", 3);
+    let folder = exported(&result, "out", &["--format", "vti,vdb"]);
+    exported(&result, "out", &["--format", "usd,zarr", "--first-frame", "7"]);
+    let facts: Value = serde_json::from_slice(&fs::read(folder.join("export.json")).unwrap()).unwrap();
+    assert_eq!(facts["formats"], json!(["usd", "zarr"]));
+    assert_eq!(facts["earlier"].as_array().unwrap().len(), 1);
+    assert_eq!(facts["earlier"][0]["formats"], json!(["vti"]));
+    assert_eq!(facts["earlier"][0]["frames"], json!([1, 3]));
+}
