@@ -44,6 +44,9 @@ pub struct PhotographArguments {
     /// Which noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
+    /// Write over a file of views that was changed since it was written.
+    #[arg(long)]
+    pub force: bool,
     /// Threads [default: as many as the machine offers].
     #[arg(long, value_name = "N", value_parser = threads::parse)]
     pub threads: Option<usize>,
@@ -65,6 +68,7 @@ pub fn run(arguments: &PhotographArguments) -> Result<u8, Failure> {
         frames: arguments.frames.clone(),
         noise: arguments.noise,
         seed: arguments.seed,
+        force: arguments.force,
     };
     let threads = arguments.threads.unwrap_or_else(threads::available);
     let written = threads::with(threads, || {

@@ -10,12 +10,17 @@ use crate::exit::Failure;
 use crate::output::{OutputError, Plain, Tone, plate, write_arrays, write_bytes};
 use crate::scene::Document;
 use core::ops::RangeInclusive;
-use serde_json::json;
+use serde_json::{Value, json};
+use std::fs;
 use std::path::{Path, PathBuf};
 use thurible_core::Exec;
+use thurible_core::checkpoint::Mix;
 use thurible_core::tomography::{Camera, photograph as expose};
 use thurible_core::walk::{Cells, Random};
 
+/// What tells that a folder holds views, and what it says of their file.
+const MARK: &str = "views.json";
+const SUM: &str = "views_sum";
 /// Rays along a side of a pixel.
 const FINE: usize = 2;
 /// How much larger the picture of a pinhole is, to which the near edges of the box are larger.
@@ -36,7 +41,10 @@ pub(crate) fn photograph(rig: &Rig, exec: &dyn Exec) -> Result<Destination, Fail
             subject.frames() - 1
         )));
     }
-    let mut destination = Destination::check_for(&rig.folder, "views.json", planned(rig))?;
+    if !rig.force {
+        refuse_changed(&rig.folder)?;
+    }
+    let mut destination = Destination::check_for(&rig.folder, MARK, planned(rig))?;
     let (text, pixels) = description(rig, &subject, frames.start());
     let pictures = if subject.cells.len() == 2 {
         take::<2>(rig, &subject, &text, pixels, frames.clone(), exec)?
@@ -47,8 +55,29 @@ pub(crate) fn photograph(rig: &Rig, exec: &dyn Exec) -> Result<Destination, Fail
     Ok(destination)
 }
 
+/// Refuses a folder whose file of views says something else than what was written there.
+fn refuse_changed(folder: &Path) -> Result<(), Failure> {
+    let read = |name: &str| fs::read_to_string(folder.join(name)).ok();
+    let mark: Option<Value> = read(MARK).and_then(|text| serde_json::from_str(&text).ok());
+    let was = mark.as_ref().and_then(|mark| mark.get(SUM)?.as_str());
+    match (was, read(FILE)) {
+        (Some(was), Some(text)) if was != sum(&text) => Err(Failure::File(format!(
+            "{} was changed since it was written: keep it and choose another folder with -o DIR, or write over it with --force",
+            folder.join(FILE).display()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// What tells one file of views from another.
+fn sum(text: &str) -> String {
+    let mut mix = Mix::new();
+    mix.bytes(text.as_bytes());
+    format!("{:016x}", mix.finish())
+}
+
 fn planned(rig: &Rig) -> Vec<PathBuf> {
-    let names = [FILE, "views.json", "pictures.npz", "truth.npz"].map(PathBuf::from);
+    let names = [FILE, MARK, "pictures.npz", "truth.npz"].map(PathBuf::from);
     let plates = (0..rig.views).map(|camera| PathBuf::from(format!("camera_{camera:02}.png")));
     names.into_iter().chain(plates).collect()
 }
@@ -196,8 +225,8 @@ fn write(
     pictures: &Pictures,
 ) -> Result<(), OutputError> {
     write_bytes(&folder.join(FILE), text.as_bytes())?;
-    let mark = json!({ "format": 1, "kind": "views", "frames": pictures.truth.len() });
-    write_bytes(&folder.join("views.json"), mark.to_string().as_bytes())?;
+    let mark = json!({ "format": 1, "kind": "views", "frames": pictures.truth.len(), SUM: sum(text) });
+    write_bytes(&folder.join(MARK), mark.to_string().as_bytes())?;
     let frames = pictures.truth.len();
     let flat = subject.cells.len() == 2;
     let arrays: Vec<Plain<'_, f32>> = pictures

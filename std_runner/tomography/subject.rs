@@ -2,9 +2,9 @@
 
 use crate::exit::Failure;
 use crate::keyframes::{Measured, Measurements, ends_with};
+use crate::report::Said;
 use crate::undershoot::Undershoot;
 use core::ops::RangeInclusive;
-use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 /// The largest density, whose sums along rays are numbers in single precision.
@@ -27,6 +27,8 @@ pub(crate) struct Rig {
     /// Standard deviation of noise, in parts of the brightest pixel.
     pub noise: f64,
     pub seed: u64,
+    /// Whether a file of views that was changed since it was written may go.
+    pub force: bool,
 }
 
 /// The density that is photographed.
@@ -53,13 +55,8 @@ impl Subject {
         };
         let single = ends_with(&path, "npy");
         let array = (!single).then(|| rig.array.clone());
-        let report = folder
-            .then(|| std::fs::read_to_string(rig.result.join("report.json")).ok())
-            .flatten();
-        let report: Value = report
-            .and_then(|text| serde_json::from_str(&text).ok())
-            .unwrap_or_default();
-        let number = |key: &str| report.get(key).and_then(Value::as_f64).unwrap_or(1.0);
+        let said = folder.then(|| Said::of(&rig.result)).transpose()?;
+        let [length, dt] = said.map_or([1.0; 2], |said| [said.length, said.dt]);
         let held = Measurements::open("result", &path, array.as_deref()).map_err(failed)?;
         let first = held.read(0).map_err(failed)?;
         let cells: Vec<usize> = first.shape.iter().rev().copied().collect();
@@ -72,8 +69,8 @@ impl Subject {
             )));
         }
         Ok(Self {
-            length: number("length"),
-            dt: number("dt"),
+            length,
+            dt,
             held,
             cells,
         })

@@ -781,3 +781,43 @@ fn novel_views_are_reconstructed() {
         assert!(report(&out)["novel"][0]["relative_error"].is_null());
     }
 }
+
+/// A file of views that somebody has changed is not written over; one that nobody has touched is.
+#[test]
+fn views_that_were_changed_stay() {
+    let (folder, views) = views("tomography_changed_views", 2, &[]);
+    let again = [
+        "photograph",
+        text(&folder.join("density.npy")),
+        "--views",
+        "3",
+        "--quiet",
+        "-o",
+        text(&views),
+    ]
+    .map(String::from);
+    let again = again.each_ref().map(String::as_str);
+    assert_eq!(run(&again).code, 0);
+    let file = views.join("views.toml");
+    let mine = fs::read_to_string(&file).unwrap() + "\n[tomography]\ngamma = 0.2\n";
+    fs::write(&file, &mine).unwrap();
+    let refused = run(&again);
+    assert!(
+        refused.code == 4 && refused.err.contains("--force"),
+        "{}",
+        refused.err
+    );
+    assert_eq!(fs::read_to_string(&file).unwrap(), mine);
+    assert_eq!(run(&[&again[..], &["--force"]].concat()).code, 0);
+    // A result whose report says nothing of its box is no subject.
+    let result = folder.join("result");
+    fs::create_dir(&result).unwrap();
+    fs::write(result.join("result.npz"), b"").unwrap();
+    fs::write(result.join("report.json"), "{").unwrap();
+    let refused = run(&["photograph", text(&result), "-o", text(&folder.join("no"))]);
+    assert!(
+        refused.code != 0 && refused.err.contains("report.json"),
+        "{}",
+        refused.err
+    );
+}

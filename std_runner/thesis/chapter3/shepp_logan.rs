@@ -84,6 +84,7 @@ pub(super) fn rig(result: &Path, array: &str, views: usize) -> Rig {
         frames: None,
         noise: 0.0,
         seed: 1,
+        force: true,
     }
 }
 
