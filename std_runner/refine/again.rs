@@ -8,6 +8,16 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use toml::Value as Toml;
 
+/// The failure of a file that a scene names, with what helps where the scene itself is not at `path`, beside which files are looked for.
+pub(super) fn located(path: &Path, failure: Failure) -> Failure {
+    match failure {
+        Failure::File(why) if !path.is_file() => Failure::File(format!(
+            "{why}; the scene of the result is not there: say with --scene where it is"
+        )),
+        other => other,
+    }
+}
+
 /// What a result says of how it was made.
 pub(super) struct Origin {
     report: Value,
@@ -48,20 +58,21 @@ impl Origin {
         let named = self.report.get("scene_file").and_then(Value::as_str);
         let named = named.map(|name| self.folder.join(name));
         let path = file.map(Path::to_owned).or(named);
-        let mut document = Document::parse(
-            &path.unwrap_or_else(|| self.folder.join("scene.toml")),
-            text.into(),
-        )?;
+        let path = path.unwrap_or_else(|| self.folder.join("scene.toml"));
+        let mut document = Document::parse(&path, text.into())?;
         let overrides = self.report.get("overrides").and_then(Value::as_array);
         for assignment in overrides.into_iter().flatten().filter_map(Value::as_str) {
             document.set(assignment)?;
         }
-        let coarse = Scene::free_of(document.clone())?;
+        let coarse = Scene::free_of(document.clone()).map_err(|failure| located(&path, failure))?;
         self.check(scale, &coarse)?;
         let finer = |&count: &usize| Toml::Integer(i64::try_from(count * scale).unwrap_or(i64::MAX));
         let cells = coarse.grid.cells.iter().map(finer).collect();
         document.replace(format!("--scale {scale}"), "grid.cells", Toml::Array(cells))?;
-        Ok([Scene::free_of(document)?, coarse])
+        Ok([
+            Scene::free_of(document).map_err(|failure| located(&path, failure))?,
+            coarse,
+        ])
     }
 
     /// Refuses a scene that is not that of the result, and a result whose density did not only go with its flow.

@@ -13,7 +13,7 @@ use crate::run::drawn::solid_cells;
 use crate::run::drawn::{drawn, refuse};
 use crate::scene::Scene;
 use crate::threads;
-use again::Origin;
+use again::{Origin, located};
 use core::mem::MaybeUninit;
 use std::path::Path;
 use thurible_core::{Refined, Refinement, Scheme, Serial, Silent};
@@ -137,6 +137,11 @@ pub(crate) struct Finer<'m> {
 impl<'m> Finer<'m> {
     /// Draws the scene of `plan` in `block`, which has the bytes that it says.
     pub fn begin(plan: &Plan, block: &'m mut [MaybeUninit<u8>], reel: &mut Reel) -> Result<Self, Failure> {
+        let path = plan.scene.document.path();
+        Self::draw(plan, block, reel).map_err(|failure| located(path, failure))
+    }
+
+    fn draw(plan: &Plan, block: &'m mut [MaybeUninit<u8>], reel: &mut Reel) -> Result<Self, Failure> {
         let (scene, problem) = (&plan.scene, plan.problem.problem());
         let refined = Refined::carve(&problem, refinement(plan.scale, plan.threads), block);
         let refined = refined.map_err(|error| {

@@ -198,16 +198,25 @@ pub(crate) fn seconds(clock: &Clock) -> SecondsRecord {
     }
 }
 
-/// The name of the scene at `path`, with the way to it where that goes from `folder` through parents alone: of no other folder is anything said.
+/// The name of the scene at `path`, with the way to it from `folder` where that goes through parents alone, or through folders below the one that the
+/// program was called in: of no other folder is anything said.
 pub(crate) fn scene_file(path: &Path, folder: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let place = path.parent().filter(|place| !place.as_os_str().is_empty());
-    let place = fs::canonicalize(place.unwrap_or(Path::new(".")));
-    let below = place.ok().and_then(|place| {
-        let below = folder.strip_prefix(place).ok()?;
-        Some(below.components().count())
-    });
-    format!("{}{name}", "../".repeat(below.unwrap_or(0)))
+    let way = fs::canonicalize(place.unwrap_or(Path::new(".")))
+        .ok()
+        .and_then(|place| {
+            let from =
+                |above: &Path| Some((folder.strip_prefix(above).ok()?, place.strip_prefix(above).ok()?));
+            let here = || fs::canonicalize(".").ok();
+            let (back, on) = from(&place).or_else(|| from(&here()?))?;
+            let back = "../".repeat(back.components().count());
+            let on = on
+                .components()
+                .map(|part| format!("{}/", part.as_os_str().to_string_lossy()));
+            Some(back + &on.collect::<String>())
+        });
+    way.unwrap_or_default() + &name
 }
 
 /// The command line as it may be shown to others: an argument, or what stands in it after `=` or in quotation marks, comes down to its last name

@@ -271,3 +271,29 @@ fn lines_are_drawn_over_finer_smoke() {
     let read = |folder: &Path| png(&folder.join("frame_0005.png")).2;
     assert_ne!(read(&plain), read(&over));
 }
+
+/// The files of a scene that lies beside the folder of results are found again, or the user hears which option names the scene.
+#[test]
+fn a_scene_beside_the_results_is_found_again() {
+    let folder = crate::checkpoints::folder_with("refined_beside", crate::checkpoints::PLAIN);
+    let (scenes, elsewhere) = (folder.join("scenes"), folder.join("elsewhere"));
+    fs::create_dir(&scenes).unwrap();
+    for name in ["scene.toml", "source.npy"] {
+        fs::rename(folder.join(name), scenes.join(name)).unwrap();
+    }
+    let ended = |arguments: &[&str]| crate::checkpoints::ended(&folder, arguments);
+    let solved = ended(&["simulate", "scenes/scene.toml", "--quiet", "-o", "out/scene"]);
+    assert_eq!(solved.code, 0, "{}", solved.err);
+    let render = ["render", "out/scene", "--scale", "2", "--steps", "1", "--quiet"];
+    let drawn = ended(&render);
+    assert_eq!(drawn.code, 0, "{}", drawn.err);
+    fs::rename(&scenes, &elsewhere).unwrap();
+    let refused = ended(&render);
+    assert!(
+        refused.code == 4 && refused.err.contains("--scene"),
+        "{}",
+        refused.err
+    );
+    let named = ended(&[&render[..], &["--scene", "elsewhere/scene.toml"]].concat());
+    assert_eq!(named.code, 0, "{}", named.err);
+}
