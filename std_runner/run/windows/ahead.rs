@@ -38,11 +38,11 @@ pub(super) fn look<T: Real + Sample, S: Space>(
     if !steers {
         return Ok(None);
     }
-    check_keyframes(&job.request.scene)?;
+    check_targets(&job.request.scene)?;
     free_masses::<T, S>(job, exec, block, destination)
 }
 
-/// Reads once what the `first` window begins with, and what emitters and the mask draw in later ones, before the states of an earlier solve make way.
+/// Reads once what the `first` window begins with, and what emitters draw in later ones, before the states of an earlier solve make way.
 fn check_start<T: Real + Sample, S: Space>(
     job: &Job,
     block: &mut [MaybeUninit<u8>],
@@ -53,18 +53,18 @@ fn check_start<T: Real + Sample, S: Space>(
     for emitter in &scene.emitters {
         drawn::<f64>(scene, &emitter.key, &emitter.shape, &mut unheard)?;
     }
-    if let Some(mask) = &scene.control.mask {
-        drawn::<f64>(scene, "control.mask", mask, &mut unheard)?;
-    }
     let (scratch, samples) = (destination.aside()?, Samples::new(T::PRECISION));
     let mut left = Left::new(&scratch, "start", S::DIM, samples)?;
     let (mut solver, _) = job.lead::<T, S>(Stage::Window(0, false), block)?;
     left.begin(scene, job.request.from.as_ref(), first, &mut solver, &mut unheard)
 }
 
-/// Draws every keyframe once, so that nothing is found wrong in the middle of a solve, and sees whether smoke can come there.
-fn check_keyframes(scene: &Scene) -> Result<(), Failure> {
+/// Draws the mask and every keyframe once, so that nothing is found wrong in the middle of a solve, and sees whether smoke can come there.
+fn check_targets(scene: &Scene) -> Result<(), Failure> {
     let mut unheard = Vec::new();
+    if let Some(mask) = &scene.control.mask {
+        drawn::<f64>(scene, "control.mask", mask, &mut unheard)?;
+    }
     for keyframe in &scene.keyframes {
         drawn::<f64>(scene, &keyframe.key, &keyframe.shape, &mut unheard)?;
         if let Some(region) = &keyframe.region {
