@@ -6,6 +6,9 @@ use super::solid::{Ball, Block, Capsule, Solid, Torus, norm};
 use super::spec::{AxisKey, TorusKeys};
 use super::{Canvas, ShapeError, ShapeSpec, check, text};
 
+/// Sides of a box that are shorter than those of a periodic one by no more than this part of them go all the way round.
+const ROUNDED: f64 = 1e-9;
+
 /// The body that `spec` describes.
 pub(super) fn solid(spec: &ShapeSpec, canvas: &Canvas, base: &Path) -> Result<Box<dyn Solid>, ShapeError> {
     for (key, keys) in [("circle", &spec.circle), ("sphere", &spec.sphere)] {
@@ -48,6 +51,10 @@ fn block(min: &[f64], max: &[f64], canvas: &Canvas) -> Result<Box<dyn Solid>, Sh
                 found,
                 "`min` is the lower corner, `max` the upper one",
             ));
+        }
+        // All the way round there is no side.
+        if canvas.repeats(axis) && high[axis] - low[axis] >= canvas.extent()[axis] * (1.0 - ROUNDED) {
+            *side = f64::INFINITY;
         }
     }
     let center = core::array::from_fn(|axis| 0.5 * (low[axis] + high[axis]));

@@ -73,6 +73,24 @@ impl Canvas {
         shifts
     }
 
+    /// Beyond which sides of the box something reaches by more than a cell, by its lowest and its highest corner.
+    pub(super) fn left(&self, [low, high]: [[f64; 3]; 2]) -> Option<String> {
+        let (extent, cell) = (self.extent(), self.cell_size());
+        let sides: Vec<String> = ["x", "y", "z"]
+            .iter()
+            .enumerate()
+            .filter(|&(axis, _)| !self.repeats(axis))
+            .filter(|&(axis, _)| low[axis] < -cell || high[axis] > extent[axis] + cell)
+            .map(|(axis, name)| {
+                format!(
+                    "from {name} = {:.3} to {:.3} where the box ends at 0 and {:.3}",
+                    low[axis], high[axis], extent[axis]
+                )
+            })
+            .collect();
+        (!sides.is_empty()).then(|| sides.join(", "))
+    }
+
     /// The axis that points up in pictures: y in 2D, z in 3D.
     pub fn up(&self) -> usize {
         if self.dimensions() == 3 { 2 } else { 1 }

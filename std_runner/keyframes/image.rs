@@ -23,10 +23,11 @@ const BEYOND: f64 = 1e-3;
 /// More than this part of a picture is rarely meant to be smoke.
 const NEARLY_ALL: f64 = 0.5;
 
-/// The picture at `path`, in its own proportions, as large as the box allows and centred in it; `ink` says which of its pixels are smoke.
+/// The picture at `path`, in its own proportions, as large as the box allows and centred in it; `ink` says which of its pixels are smoke, or the
+/// `first` picture of a sequence does.
 pub(super) fn draw(
     spec: &ShapeSpec,
-    path: &Path,
+    (path, first): (&Path, Option<&Path>),
     (canvas, edge): (&Canvas, BodyEdge),
     notes: &mut Vec<Note>,
 ) -> Result<Vec<f64>, ShapeError> {
@@ -36,6 +37,14 @@ pub(super) fn draw(
     let usual = text::USUAL_HEIGHT * canvas.extent()[up];
     let half_depth = text::half_depth(spec.depth, usual, canvas)?;
     let side = (FINER * across[0].max(across[1])).clamp(DRAWN[0], DRAWN[1]);
+    let ink = match first.filter(|&first| ink.is_none() && first != path) {
+        Some(first) => Some(
+            opened(first, None, side)
+                .map_err(|fault| fault.of("image", first))?
+                .1,
+        ),
+        None => ink,
+    };
     let (pixels, ink) = opened(path, ink, side).map_err(|fault| fault.of("image", path))?;
     let (flat, smoke) = fit(&pixels, ink, across).map_err(|fault| fault.of("image", path))?;
     let cells = match half_depth {

@@ -61,16 +61,21 @@ impl ShapeSpec {
         let density = self.checked_density()?;
         let mut cells = self.draw(place, edge, notes)?;
         let largest = cells.iter().copied().fold(0.0, f64::max);
-        if largest < FAINTEST {
-            return Err(self.nothing(name, place.1, edge));
+        // What a file holds may be in units of its own.
+        let is_held = matches!(name, "file" | "image");
+        let counted = if is_held { largest * density } else { largest };
+        if counted < FAINTEST {
+            let held = Some(largest).filter(|&largest| is_held && largest > 0.0);
+            return Err(self.nothing(name, place.1, edge, held));
         }
         cells.iter_mut().for_each(|cell| *cell *= density);
         Ok(cells)
     }
 
-    /// The refusal of a shape that puts nothing into the box.
-    fn nothing(&self, name: &'static str, base: &Path, edge: Edge) -> ShapeError {
+    /// The refusal of a shape that puts nothing into the box, or `held` at most, which is next to nothing.
+    fn nothing(&self, name: &'static str, base: &Path, edge: Edge, held: Option<f64>) -> ShapeError {
         let remedy = match name {
+            _ if held.is_some() => "multiply its values by a larger `density` beside it",
             "image" if self.depth.is_some() && edge == Edge::Cut => {
                 "give it a `depth` of a cell or more, or draw something into it; `ink` says what is smoke"
             }
@@ -80,9 +85,13 @@ impl ShapeSpec {
             }
             _ => "move it into the box or make it larger",
         };
+        let what = match held {
+            Some(held) => format!("puts no more than {held:.1e} into the box"),
+            None => "puts nothing into the box".to_owned(),
+        };
         let found = match self.step {
-            Some(step) => format!("puts nothing into the box by its entry {step}"),
-            None => "puts nothing into the box".into(),
+            Some(step) => format!("{what} by its entry {step}"),
+            None => what,
         };
         let file = self.image.as_ref().or(self.mesh.as_ref()).or(self.file.as_ref());
         match file {
@@ -100,10 +109,10 @@ impl ShapeSpec {
         if let Some(shapes) = &self.shapes {
             return union(shapes, (canvas, base), edge, notes);
         }
-        if let Some(path) = &self.image {
-            return image::draw(self, &base.join(path), (canvas, edge), notes);
-        }
         let first = self.first.as_ref().map(|first| base.join(first));
+        if let Some(path) = &self.image {
+            return image::draw(self, (&base.join(path), first.as_deref()), (canvas, edge), notes);
+        }
         let placed = Placed {
             fit: self.fit.as_ref(),
             up: self.up.as_deref(),
@@ -202,6 +211,12 @@ impl ShapeSpec {
         Ok(())
     }
 
+    /// The largest density that it asks for, by itself and by what it lists.
+    fn asked(&self) -> f64 {
+        let listed = self.shapes.iter().flatten().map(Self::asked);
+        self.density.unwrap_or(1.0) * listed.fold(1.0, f64::max)
+    }
+
     fn checked_density(&self) -> Result<f64, ShapeError> {
         let density = self.density.unwrap_or(1.0);
         if !(density > 0.0 && density <= DENSEST) {
@@ -230,7 +245,7 @@ fn union(
     for shape in shapes {
         let cells = shape.drawn(place, edge, notes)?;
         sum.iter_mut().zip(cells).for_each(|(total, cell)| *total += cell);
-        ceiling = ceiling.max(shape.density.unwrap_or(1.0));
+        ceiling = ceiling.max(shape.asked());
     }
     sum.iter_mut().for_each(|cell| *cell = cell.min(ceiling));
     Ok(sum)

@@ -87,7 +87,10 @@ impl ShapeSpec {
                 shape.first = Some(first.to_owned());
                 shape.mesh = Some(path);
             }
-            _ => shape.image = Some(path),
+            _ => {
+                shape.first = Some(first.to_owned());
+                shape.image = Some(path);
+            }
         }
         shape
     }

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 /// Files in the order of their numbers, or of their names where they have none.
 pub(crate) struct Numbered {
     pub paths: Vec<PathBuf>,
-    /// None where a file has no number.
+    /// None where a file has no number, or several that count.
     numbers: Option<Vec<i64>>,
-    /// Whether the names differ in their numbers alone.
+    /// Whether the numbers are those of one series: the names are the same before them.
     are_alike: bool,
 }
 
@@ -26,7 +26,19 @@ impl Numbered {
         all.sort();
         let names: Vec<&str> = all.iter().map(|(name, _)| name.as_str()).collect();
         let differing = differing(&names);
-        let are_alike = differing.is_some();
+        if differing.is_none() && names.windows(2).all(|pair| text_of(pair[0]) == text_of(pair[1])) {
+            // As of takes and frames, or of times with a point.
+            all.sort_by_cached_key(|(name, _)| runs(name).map(|(_, run)| run).collect::<Vec<_>>());
+            return Self {
+                paths: all.into_iter().map(|(_, path)| path).collect(),
+                numbers: None,
+                are_alike: true,
+            };
+        }
+        let are_alike = differing.is_some()
+            || names
+                .windows(2)
+                .all(|pair| before_last(pair[0]) == before_last(pair[1]));
         // Else the last number before the ending.
         let numbers = differing.or_else(|| names.iter().map(|name| last_number(name)).collect());
         let paths = all.into_iter().map(|(_, path)| path);
@@ -55,7 +67,7 @@ impl Numbered {
         names.into_iter().find(|name| is_mixed && !is_counted(name))
     }
 
-    /// The first number that is missing among all files whose names differ in their numbers alone: others may be counted by chance.
+    /// The first number that is missing among all files, if it is one series: others may be counted by chance.
     pub fn missing(&self) -> Option<Gap> {
         self.gap(0, self.paths.len()).filter(|_| self.are_alike)
     }
@@ -119,12 +131,58 @@ fn shared(names: Vec<Vec<u8>>) -> Option<usize> {
     Some(count - digits.take_while(|byte| byte.is_ascii_digit()).count())
 }
 
+/// Digits side by side, as they are ordered.
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Run {
+    /// A whole number, by its length without zeros before it and its digits.
+    Whole(usize, String),
+    /// What stands behind a point.
+    Fraction(String),
+}
+
+/// The digits of a name before its ending, and where each run of them begins.
+fn runs(name: &str) -> impl Iterator<Item = (usize, Run)> {
+    let stem = stem_of(name);
+    let is_digit = |at: usize| stem.as_bytes().get(at).is_some_and(u8::is_ascii_digit);
+    let begins = (0..stem.len()).filter(move |&at| is_digit(at) && (at == 0 || !is_digit(at - 1)));
+    begins.map(move |at| {
+        let rest = stem.get(at..).unwrap_or_default();
+        let digits: String = rest.chars().take_while(char::is_ascii_digit).collect();
+        let is_fraction = at > 1 && stem.get(at - 1..at) == Some(".") && is_digit(at - 2);
+        let whole = digits.trim_start_matches('0');
+        let run = match is_fraction {
+            true => Run::Fraction(digits),
+            false => Run::Whole(whole.len(), whole.to_owned()),
+        };
+        (at, run)
+    })
+}
+
+/// A name without its digits.
+fn text_of(name: &str) -> Vec<&str> {
+    let parts = name.split(|letter: char| letter.is_ascii_digit());
+    parts.filter(|part| !part.is_empty()).collect()
+}
+
+/// A name up to its last number before the ending.
+fn before_last(name: &str) -> Option<&str> {
+    let (at, _) = runs(name).last()?;
+    name.get(..at)
+}
+
 /// The last number of a name before its ending.
 fn last_number(name: &str) -> Option<i64> {
-    let stem = Path::new(name).file_stem()?.to_str()?;
-    let end = stem.rfind(|letter: char| letter.is_ascii_digit())? + 1;
-    let begin = stem.get(..end)?.rfind(|letter: char| !letter.is_ascii_digit());
-    stem.get(begin.map_or(0, |place| place + 1)..end)?.parse().ok()
+    let digits: String = name
+        .get(before_last(name)?.len()..)?
+        .chars()
+        .take_while(char::is_ascii_digit)
+        .collect();
+    digits.parse().ok()
+}
+
+fn stem_of(name: &str) -> &str {
+    let stem = Path::new(name).file_stem();
+    stem.and_then(std::ffi::OsStr::to_str).unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -162,6 +220,41 @@ mod tests {
             }
             assert_eq!(missing, gap, "{names:?}");
         }
+    }
+
+    /// Of several numbers the first ones come first.
+    #[test]
+    fn several_numbers_count() {
+        for names in [
+            &[
+                "take1_0001.png",
+                "take1_0002.png",
+                "take2_0001.png",
+                "take10_0001.png",
+            ][..],
+            &[
+                "smoke_t0.25.npy",
+                "smoke_t0.5.npy",
+                "smoke_t1.0.npy",
+                "smoke_t10.5.npy",
+            ],
+        ] {
+            let mut mixed = names.to_vec();
+            mixed.reverse();
+            assert_eq!(
+                sorted(&mixed),
+                (names.iter().map(|&name| name.to_owned()).collect(), None)
+            );
+        }
+    }
+
+    /// A mask of each frame is no frame.
+    #[test]
+    fn what_is_there_twice_is_named() {
+        let of = |names: &[&str]| Numbered::of(names.iter().map(PathBuf::from)).doubled();
+        let twice = of(&["p_0001.png", "p_0001_mask.png", "p_0002.png", "p_0002_mask.png"]);
+        assert_eq!(twice.unwrap_or_default(), ["p_0001.png", "p_0001_mask.png"]);
+        assert!(of(&["p_0001_a.png", "p_0002_b.png"]).is_none());
     }
 
     #[test]

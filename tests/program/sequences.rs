@@ -144,6 +144,43 @@ fn a_missing_number_is_refused() {
     assert_stands(&folder, "keyframe[0], step 3");
 }
 
+/// The first picture says what of all of them is smoke, whatever another one looks like.
+#[test]
+fn one_ink_is_that_of_all_pictures() {
+    let folder = fresh_folder("sequences_ink");
+    let picture = |name: &str, grey: [u8; 2]| {
+        let pixel = |x: u32, y: u32| match (x + y) % 2 {
+            _ if !(4..12).contains(&x) || !(4..12).contains(&y) => image::Rgba([0; 4]),
+            parity => {
+                let grey = grey[parity as usize];
+                image::Rgba([grey, grey, grey, 255])
+            }
+        };
+        image::RgbaImage::from_fn(16, 16, pixel)
+            .save(folder.join(name))
+            .unwrap();
+    };
+    // One tone, whose alpha is smoke; then two, of which by itself the light would be.
+    picture("puff_0.tif", [128, 128]);
+    picture("puff_1.tif", [64, 192]);
+    let text = format!(
+        "[grid]\ncells = [16, 16]\n[time]\nsteps = 4\n[source]\n{CIRCLE}\n[[keyframe]]\nsteps = {{ from = 2, every = 1 }}\nfiles = \"puff_*.tif\"\n"
+    );
+    fs::write(folder.join("scene.toml"), text).unwrap();
+    let ended = seen(&folder, "scene.toml", &folder);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let mass = |title: &str| {
+        let line = ended.out.lines().find(|line| line.ends_with(title));
+        line.unwrap().split_whitespace().next().unwrap().to_owned()
+    };
+    assert_eq!(
+        mass("keyframe[0], step 2"),
+        mass("keyframe[0], step 3"),
+        "{}",
+        ended.out
+    );
+}
+
 /// Nothing says where a file without a number comes, or which of two with the same one is first; hidden files are none of a sequence.
 #[test]
 fn files_that_nothing_puts_in_order_are_refused() {

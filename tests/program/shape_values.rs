@@ -46,6 +46,27 @@ fn arrays_of_either_order_are_the_same_however_long() {
     }
 }
 
+/// Values in units of their own are taken where `density` makes smoke of them, and told of where it does not.
+#[test]
+fn faint_values_are_multiplied_by_their_density() {
+    let base = folder("array_faint");
+    fs::write(
+        base.join("faint.npy"),
+        npy("False", 4, [0.005_f32; 16].into_iter()),
+    )
+    .unwrap();
+    let drawn = draw("file = \"faint.npy\"\ndensity = 100", 4, &base);
+    assert!((drawn[5] - 0.5).abs() < 1e-6, "{}", drawn[5]);
+    let spec: ShapeSpec = toml::from_str("file = \"faint.npy\"").unwrap();
+    let refused = spec.rasterise(&canvas(4), &base).unwrap_err().to_string();
+    for word in [
+        "faint.npy` puts no more than 5.0e-3 into the box",
+        "a larger `density`",
+    ] {
+        assert!(refused.contains(word), "{refused}");
+    }
+}
+
 /// A picture of bytes in an array is 255 times as dense as it looks.
 #[test]
 fn whole_numbers_up_to_white_are_told_of() {

@@ -144,6 +144,19 @@ fn periodic_axes_wrap() {
     );
 }
 
+/// A layer all the way round a ring has no seam; on walls its ends are soft.
+#[test]
+fn a_box_round_a_ring_has_no_ends() {
+    let layer = "box = { min = [0, 0.25], max = [1, 0.75] }";
+    let middle = |periodic| draw(layer, &canvas(&[16, 16], periodic, 1.0))[8 * 16..9 * 16].to_vec();
+    assert!(
+        middle(true).iter().all(|&value| value > 0.999),
+        "{:?}",
+        middle(true)
+    );
+    assert!(middle(false)[0] < 0.8);
+}
+
 #[test]
 fn edges_are_smooth_over_one_cell() {
     let row = draw(
@@ -168,6 +181,8 @@ fn unions_add_up_and_are_clipped() {
         &flat,
     );
     assert!((faint[24 * 48 + 24] - 0.25).abs() < 1e-3);
+    let within = "shapes = [{ shapes = [{ circle = { center = [0.5, 0.5], radius = 0.2 }, density = 3.0 }] }, { circle = { center = [0.1, 0.1], radius = 0.1 } }]";
+    assert!((draw(within, &flat)[24 * 48 + 24] - 3.0).abs() < 1e-3);
 }
 
 #[test]

@@ -271,6 +271,35 @@ fn wrong_volumes_are_refused_by_name() {
     }
 }
 
+/// On a ring what is beyond one side comes in at the other; on walls it is cut off, which is told.
+#[test]
+fn a_volume_goes_round_a_ring() {
+    let shape = "file = \"level_set.vdb\"\nfit = { center = [0.0, 0.5, 0.5], size = 0.5 }";
+    let walls = box_of(24);
+    let ring = Canvas {
+        periodic: vec![true, false, false],
+        ..box_of(24)
+    };
+    let ((cut, told), (whole, silent)) = (draw(shape, &walls, &given()), draw(shape, &ring, &given()));
+    let mass = |cells: &[f64]| cells.iter().sum::<f64>();
+    assert!(
+        (mass(&whole) / mass(&cut) - 2.0).abs() < 0.05,
+        "{} {}",
+        mass(&whole),
+        mass(&cut)
+    );
+    let row = &whole[(12 * 24 + 12) * 24..(12 * 24 + 13) * 24];
+    for at in 0..12 {
+        assert!((row[at] - row[23 - at]).abs() < 0.05, "{row:?}");
+    }
+    let says = |notes: &[Note]| {
+        notes
+            .iter()
+            .any(|note| note.text.contains("lies outside of the box"))
+    };
+    assert!(says(&told) && !says(&silent), "{told:?} {silent:?}");
+}
+
 #[test]
 fn a_sequence_of_volumes_is_placed_as_its_first_one_is() {
     let base = folder("volumes_sequence");

@@ -7,6 +7,7 @@ use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use super::pixels::{Pixels, Samples};
 use super::room::{LONGEST_SIDE, check, most};
+use super::tiff;
 use crate::keyframes::error::Fault;
 
 /// Whether a JPEG of so many pixels has more bytes than these: the mean of a block of 8 x 8 pixels takes a bit at least (ITU-T T.81, annex F),
@@ -62,13 +63,17 @@ pub(super) fn read(bytes: &[u8], format: ImageFormat) -> Result<Pixels, Fault> {
         DynamicImage::ImageRgba32F(all) => Samples::Real(all.into_raw()),
         _ => return Err(Fault::content("has pixels of an unusual kind", "save it as PNG")),
     };
-    Ok(Pixels {
+    let mut pixels = Pixels {
         width,
         height,
         channels,
         samples,
         note: None,
-    })
+    };
+    if format == ImageFormat::Tiff && tiff::are_multiplied(bytes) {
+        pixels.divide();
+    }
+    Ok(pixels)
 }
 
 #[cfg(test)]

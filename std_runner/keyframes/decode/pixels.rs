@@ -57,7 +57,42 @@ impl Samples {
     }
 }
 
+/// Divides the colours of pixels of so many `channels` by their alpha, the last of them.
+fn divide<T: Copy>(levels: &mut [T], channels: usize, quotient: impl Fn(T, T) -> T) {
+    for pixel in levels.chunks_exact_mut(channels) {
+        if let Some((&mut alpha, colours)) = pixel.split_last_mut() {
+            colours
+                .iter_mut()
+                .for_each(|colour| *colour = quotient(*colour, alpha));
+        }
+    }
+}
+
 impl Pixels {
+    /// Takes alpha out of colours that the file keeps multiplied by it. Where it is 0 nothing is seen, and nothing is divided.
+    pub fn divide(&mut self) {
+        if !self.has_alpha() {
+            return;
+        }
+        let whole = |colour: u32, alpha: u32, top: u32| match alpha {
+            0 => colour,
+            alpha => ((colour * top + alpha / 2) / alpha).min(top),
+        };
+        match &mut self.samples {
+            Samples::Narrow(levels) => divide(levels, self.channels, |colour, alpha| {
+                whole(colour.into(), alpha.into(), u8::MAX.into()) as u8
+            }),
+            Samples::Wide(levels) => divide(levels, self.channels, |colour, alpha| {
+                whole(colour.into(), alpha.into(), u16::MAX.into()) as u16
+            }),
+            Samples::Real(levels) => divide(levels, self.channels, |colour, alpha| {
+                if alpha > 0.0 { colour / alpha } else { colour }
+            }),
+            // PNG is never multiplied, and planes are divided where they are read.
+            Samples::Pairs(_) | Samples::Planes(_) => {}
+        }
+    }
+
     /// The level of white, and of an opaque pixel.
     pub fn top(&self) -> f64 {
         match self.samples {

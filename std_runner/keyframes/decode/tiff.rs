@@ -34,8 +34,32 @@ pub(super) fn check(bytes: &[u8]) -> Result<(), Fault> {
     }
 }
 
+/// The tag that says what samples beyond the colours are, and its value where they are an alpha that colours are multiplied by.
+const EXTRA_SAMPLES: u64 = 338;
+const ASSOCIATED_ALPHA: u64 = 1;
+
+/// Whether colours are multiplied by alpha in the file.
+pub(super) fn are_multiplied(bytes: &[u8]) -> bool {
+    let found = entries(bytes).find(|entry| entry.tag == EXTRA_SAMPLES);
+    found.is_some_and(|entry| entry.first == Some(ASSOCIATED_ALPHA))
+}
+
 /// The tags of the first directory, each with the bytes of its values.
 fn counts(bytes: &[u8]) -> impl Iterator<Item = (u64, u64)> {
+    entries(bytes).map(|entry| (entry.tag, entry.bytes))
+}
+
+/// An entry of a directory.
+struct Entry {
+    tag: u64,
+    /// Bytes of its values.
+    bytes: u64,
+    /// The first of them, where they are whole numbers.
+    first: Option<u64>,
+}
+
+/// The entries of the first directory.
+fn entries(bytes: &[u8]) -> impl Iterator<Item = Entry> {
     let words = Words {
         bytes,
         big_endian: bytes.starts_with(b"MM"),
@@ -49,11 +73,20 @@ fn counts(bytes: &[u8]) -> impl Iterator<Item = (u64, u64)> {
     let most = count.min(bytes.len() as u64 / entry as u64) as usize;
     (0..most).map_while(move |index| {
         let at = begin?.checked_add(head + index * entry)?;
-        let values = words.at(at + 4, size)?;
-        Some((
-            words.at(at, 2)?,
-            values.saturating_mul(width(words.at(at + 2, 2)?)),
-        ))
+        let each = width(words.at(at + 2, 2)?);
+        let bytes = words.at(at + 4, size)?.saturating_mul(each);
+        // What has no room in the entry is elsewhere.
+        let field = at + 4 + size;
+        let place = if bytes <= size as u64 {
+            Some(field)
+        } else {
+            words.at(field, size).and_then(|at| usize::try_from(at).ok())
+        };
+        Some(Entry {
+            tag: words.at(at, 2)?,
+            bytes,
+            first: place.and_then(|place| words.at(place, each as usize)),
+        })
     })
 }
 
@@ -70,6 +103,46 @@ fn width(kind: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A pixel of white smoke, half transparent, as both kinds of files keep it.
+    #[test]
+    fn colours_that_are_multiplied_are_divided() {
+        let read = |extra: u16, colour: u8| {
+            let mut bytes = b"II*\0\x08\0\0\0\x0a\0".to_vec();
+            let entries: [(u16, u16, u32, u32); 10] = [
+                (256, 3, 1, 1),
+                (257, 3, 1, 1),
+                (258, 3, 4, 134),
+                (259, 3, 1, 1),
+                (262, 3, 1, 2),
+                (273, 4, 1, 142),
+                (277, 3, 1, 4),
+                (278, 3, 1, 1),
+                (279, 4, 1, 4),
+                (338, 3, 1, extra.into()),
+            ];
+            for (tag, kind, count, value) in entries {
+                bytes.extend(tag.to_le_bytes());
+                bytes.extend(kind.to_le_bytes());
+                bytes.extend(count.to_le_bytes());
+                bytes.extend(value.to_le_bytes());
+            }
+            bytes.extend([0; 4]);
+            assert_eq!(bytes.len(), 134);
+            bytes.extend([8, 0, 8, 0, 8, 0, 8, 0]);
+            bytes.extend([colour, colour, colour, 128]);
+            assert_eq!(are_multiplied(&bytes), extra == 1);
+            let pixels = super::super::photo::read(&bytes, image::ImageFormat::Tiff);
+            pixels.map(|pixels| pixels.all().collect::<Vec<_>>())
+        };
+        let white = vec![[255.0, 255.0, 255.0, 128.0]];
+        for (extra, colour) in [(1, 128), (2, 255)] {
+            let Ok(pixels) = read(extra, colour) else {
+                unreachable!("it was refused");
+            };
+            assert_eq!(pixels, white);
+        }
+    }
 
     #[test]
     fn a_directory_that_promises_more_than_the_file_is_refused() {

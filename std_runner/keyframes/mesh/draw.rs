@@ -5,7 +5,6 @@ use std::path::Path;
 use super::found;
 use super::place::{Fit, FitKey, Up, turn};
 use super::read::{has_y_up, read};
-use super::surface::Surface;
 use super::voxels::{Edge, fill};
 use crate::keyframes::check::FAINTEST;
 use crate::keyframes::error::Fault;
@@ -54,7 +53,7 @@ pub(in crate::keyframes) fn draw(
     let filled = fill(&body, canvas, placed.edge);
     let (said, shown) = (found::sentence(&body, &filled), path.display());
     notes.push(Note::remark(format!("mesh `{shown}`, {} up, {said}", up.name())));
-    if let Some(sides) = outside(&body, canvas) {
+    if let Some(sides) = canvas.left(body.bounds()) {
         notes.push(Note::warning(format!(
             "a part of the mesh `{shown}` lies outside of the box, {sides}, and is cut off; move it inwards, or make it smaller"
         )));
@@ -63,22 +62,4 @@ pub(in crate::keyframes) fn draw(
         return Err(Fault::content("encloses no cell", remedy).of("mesh", path));
     }
     Ok(filled.density)
-}
-
-/// Beyond which sides of the box a body reaches by more than a cell.
-fn outside(body: &Surface, canvas: &Canvas) -> Option<String> {
-    let ([low, high], extent, cell) = (body.bounds(), canvas.extent(), canvas.cell_size());
-    let sides: Vec<String> = ["x", "y", "z"]
-        .iter()
-        .enumerate()
-        .filter(|&(axis, _)| !canvas.repeats(axis))
-        .filter(|&(axis, _)| low[axis] < -cell || high[axis] > extent[axis] + cell)
-        .map(|(axis, name)| {
-            format!(
-                "from {name} = {:.3} to {:.3} where the box ends at 0 and {:.3}",
-                low[axis], high[axis], extent[axis]
-            )
-        })
-        .collect();
-    (!sides.is_empty()).then(|| sides.join(", "))
 }

@@ -121,9 +121,14 @@ impl Fit {
         Ok(Self { scale, shift })
     }
 
+    /// Where a point goes.
+    pub fn of_point(&self, point: Point) -> Point {
+        core::array::from_fn(|axis| self.scale * point[axis] + self.shift[axis])
+    }
+
     pub(super) fn apply(&self, surface: &mut Surface) {
         for point in &mut surface.points {
-            *point = core::array::from_fn(|axis| self.scale * point[axis] + self.shift[axis]);
+            *point = self.of_point(*point);
         }
     }
 }

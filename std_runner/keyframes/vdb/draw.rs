@@ -8,7 +8,7 @@ use super::gather::gather;
 use crate::keyframes::error::Fault;
 use crate::keyframes::mesh::{Fit, Placed, Up};
 use crate::keyframes::note::Note;
-use crate::keyframes::resample::{Edge, windows};
+use crate::keyframes::resample::{Edge, Taps, windows};
 use crate::keyframes::{Canvas, ShapeError};
 use crate::undershoot::Undershoot;
 
@@ -56,7 +56,18 @@ pub(in crate::keyframes) fn draw(
         );
         let start = -middle / size - bounds.low[axis] as f64 + 0.5;
         let cells = canvas.cells.get(axis).copied().unwrap_or(1);
-        windows(cells, shape[axis], start, canvas.cell_size() / size, Edge::Empty)
+        let step = canvas.cell_size() / size;
+        let mut taps = windows(cells, shape[axis], start, step, Edge::Empty);
+        if canvas.repeats(axis) {
+            for image in [-1.0, 1.0] {
+                let start = start + image * cells as f64 * step;
+                let more = windows(cells, shape[axis], start, step, Edge::Empty);
+                taps.iter_mut()
+                    .zip(more)
+                    .for_each(|(taps, more)| taps.extend(within(more, shape[axis])));
+            }
+        }
+        taps
     });
     let gathered = gather(&grid, bounds, turn, &taps).map_err(of)?;
     let below = gathered.below.as_ref();
@@ -71,12 +82,23 @@ pub(in crate::keyframes) fn draw(
         path.display(),
         clipped.map_or(String::new(), |text| format!("; it {text}")),
     );
+    if let Some(sides) = canvas.left(corners(&grid, active, turn).map(|corner| fit.of_point(corner))) {
+        notes.push(Note::warning(format!(
+            "a part of the volume `{shown}` lies outside of the box, {sides}, and is cut off; move it inwards, or make it smaller"
+        )));
+    }
     notes.push(Note::remark(format!(
         "grid `{}` of `{shown}`, {} up, has {x} x {y} x {z} voxels{said}",
         grid.name,
         up.name()
     )));
     Ok(gathered.cells)
+}
+
+/// Taps of the voxels themselves, without those of the layer that was put around them.
+fn within(taps: Taps, voxels: usize) -> impl Iterator<Item = (usize, f64)> {
+    taps.into_iter()
+        .filter(move |&(voxel, _)| voxel > 0 && voxel + 1 < voxels)
 }
 
 /// Side of a voxel along each axis, and the middle of voxel 0, z up.
