@@ -1,9 +1,11 @@
 //! What a scene draws, layer by layer.
 
+use crate::bytes::{are_free, rounded};
 use crate::exit::Failure;
 use crate::keyframes::{Canvas, Note, ShapeSpec};
-use crate::run::drawn::drawn;
-use crate::run::drawn::solid_cells;
+use crate::plan::size_in_words;
+use crate::run::drawing_bytes;
+use crate::run::drawn::{drawn, solid_cells};
 use crate::scene::Scene;
 use crate::stay::Stay;
 
@@ -56,8 +58,42 @@ pub(crate) fn cell_volume(canvas: &Canvas) -> f64 {
     canvas.cell_size().powi(canvas.dimensions() as i32)
 }
 
+/// Refuses a scene all of whose layers, which are there at once, have no room.
+fn check_memory(scene: &Scene) -> Result<(), Failure> {
+    let regions = scene
+        .keyframes
+        .iter()
+        .filter(|keyframe| keyframe.region.is_some());
+    let single = [
+        scene.source.is_some(),
+        scene.control.mask.is_some(),
+        !scene.obstacles.is_empty(),
+    ];
+    let single = single.into_iter().filter(|&there| there).count();
+    let count = scene.emitters.len() + scene.keyframes.len() + regions.count() + single;
+    // Among obstacles the smoke that they leave is another one.
+    let each = if scene.obstacles.is_empty() { 1 } else { 2 };
+    let field = size_of::<f64>() * scene.grid.cells.iter().product::<usize>();
+    let bytes = field
+        .saturating_mul(each * count)
+        .saturating_add(drawing_bytes(&scene.grid.cells));
+    if are_free(bytes) {
+        return Ok(());
+    }
+    Err(Failure::Memory(format!(
+        "{}: {count} shapes on {} cells take {} while they are looked at, which the system has not; look at them on fewer cells, by --set grid.cells",
+        scene.document.path().display(),
+        size_in_words(&scene.grid.cells),
+        rounded(bytes)
+    )))
+}
+
 /// Draws all of `scene`; what was found in files is added to `notes`.
+///
+/// # Errors
+/// A shape is refused, or there is no memory for all of them.
 pub(crate) fn layers(scene: &Scene, notes: &mut Vec<Note>) -> Result<Vec<Layer>, Failure> {
+    check_memory(scene)?;
     let mut layers = Vec::new();
     let mut add = |key: &str, role: Role, shape: &ShapeSpec, notes: &mut Vec<Note>| {
         let values = drawn(scene, key, shape, notes)?;

@@ -13,8 +13,17 @@ pub(super) fn check_reach(scene: &Scene, reach: Option<Reach>) -> Result<(), Fai
         return Ok(());
     };
     for keyframe in &scene.keyframes {
-        let density: Vec<f64> = drawn(scene, &keyframe.key, &keyframe.shape, &mut Vec::new())?;
-        if let Some(part) = reach.cut_off(density.iter().copied()) {
+        let mut density: Vec<f32> = drawn(scene, &keyframe.key, &keyframe.shape, &mut Vec::new())?;
+        // What lies outside of its region need not come anywhere.
+        if let Some(region) = &keyframe.region {
+            let key = format!("{}.region", keyframe.key);
+            let region: Vec<f32> = drawn(scene, &key, region, &mut Vec::new())?;
+            density
+                .iter_mut()
+                .zip(region)
+                .for_each(|(cell, weight)| *cell *= weight);
+        }
+        if let Some(part) = reach.cut_off(density.iter().map(|&cell| cell.into())) {
             let why = format!(
                 "cannot be reached: {:.0} % of it lies where obstacles let no smoke come; open a way, or put an emitter there",
                 100.0 * part

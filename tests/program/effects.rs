@@ -833,3 +833,32 @@ fn a_keyframe_of_which_a_free_flow_leaves_little_is_told() {
     let said = json(&out.join("report.json"))["remarks"].to_string();
     assert!(!said.contains(faint), "{said}");
 }
+
+/// What no smoke can come to is no matter where a region leaves it out.
+#[test]
+fn a_region_leaves_out_what_is_cut_off() {
+    let folder = fresh_folder("effects_cut_off");
+    let scene = |region: &str| {
+        let path = folder.join("scene.toml");
+        let text = format!(
+            "[grid]\ncells = [16, 16]\n[time]\nsteps = 4\n[source]\ncircle = {{ center = [0.2, 0.5], radius = 0.15 }}\n\
+             [[obstacle]]\nbox = {{ min = [0.45, -1], max = [0.6, 2] }}\n[[keyframe]]\nstep = 4\n{region}\n\
+             shapes = [{{ circle = {{ center = [0.2, 0.6], radius = 0.15 }} }}, {{ circle = {{ center = [0.8, 0.5], radius = 0.15 }} }}]\n"
+        );
+        fs::write(&path, text).unwrap();
+        let out = folder.join("out");
+        run(&[
+            "solve",
+            path.to_str().unwrap(),
+            "--quiet",
+            "--force",
+            "--set",
+            "method.iterations=1",
+            "-o",
+            out.to_str().unwrap(),
+        ])
+    };
+    refused(&scene(""), &["`keyframe[0]` cannot be reached"]);
+    let ended = scene("region = { box = { min = [-1, -1], max = [0.45, 2] } }");
+    assert!(matches!(ended.code, 0 | 5), "{}", ended.err);
+}
