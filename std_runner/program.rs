@@ -9,7 +9,8 @@ use crate::commands::{
 use crate::console;
 use crate::exit::{DONE, Failure, INPUT};
 use crate::interrupt::let_long_files_fail;
-use clap::{Arg, Command as Parsed, CommandFactory, FromArgMatches};
+use clap::parser::ValueSource;
+use clap::{Arg, ArgMatches, Command as Parsed, CommandFactory, FromArgMatches};
 use core::time::Duration;
 use std::thread;
 use thurible_core::exec::Ranks;
@@ -33,7 +34,23 @@ pub fn main() -> u8 {
 fn given() -> Result<Cli, clap::Error> {
     let mut command = with_negative_numbers(Cli::command());
     let matches = command.try_get_matches_from_mut(std::env::args_os())?;
-    Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
+    let mut cli = Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut command))?;
+    if let (Command::Deblur(arguments), Some((name, of))) = (&mut cli.command, matches.subcommand()) {
+        arguments.chosen = chosen(command.find_subcommand(name), of);
+    }
+    Ok(cli)
+}
+
+/// The long names of the options of `command` that are written on the command line.
+fn chosen(command: Option<&Parsed>, matches: &ArgMatches) -> Vec<String> {
+    let written = |arg: &&Arg| matches.value_source(arg.get_id().as_str()) == Some(ValueSource::CommandLine);
+    let options = command
+        .into_iter()
+        .flat_map(Parsed::get_arguments)
+        .filter(written);
+    options
+        .filter_map(|arg| arg.get_long().map(str::to_owned))
+        .collect()
 }
 
 /// A number below 0 behind an option is its value, and refused as that where it is not allowed.

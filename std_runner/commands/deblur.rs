@@ -95,6 +95,9 @@ pub struct DeblurArguments {
     /// Print JSON lines.
     #[arg(long)]
     pub json: bool,
+    /// The options that the command line names.
+    #[arg(skip)]
+    pub chosen: Vec<String>,
 }
 
 /// Restores the image; the answer is the exit code.
@@ -103,6 +106,7 @@ pub fn run(arguments: &DeblurArguments) -> Result<u8, Failure> {
         arguments.overwriting.check(&arguments.output)?;
     }
     let prior = prior(arguments)?;
+    refuse_idle(arguments, prior)?;
     let whole = matches!(arguments.method, Restorer::RichardsonLucy | Restorer::Wiener);
     if whole && arguments.saturation.is_some() {
         return Err(Failure::Input(format!(
@@ -151,6 +155,42 @@ pub fn run(arguments: &DeblurArguments) -> Result<u8, Failure> {
             _ => Mode::Human,
         },
     })
+}
+
+/// Refuses an option that the method, or the prior, does not know.
+fn refuse_idle(arguments: &DeblurArguments, prior: ImagePrior) -> Result<(), Failure> {
+    let method = arguments.method;
+    let walk = method == Restorer::Walk;
+    let clusters = walk && prior == ImagePrior::Clusters;
+    let signed = walk || method == Restorer::PrimalDual;
+    let of_the_walk = ["budget", "move", "sigma", "eps", "tau", "eps-min", "seed"];
+    let of_the_walk = of_the_walk.map(|name| (name, walk, "the walk", "--method walk"));
+    let others = [
+        ("colours", clusters, "the prior clusters", "--prior clusters"),
+        ("mu", clusters, "the prior clusters", "--prior clusters"),
+        ("iterations", !walk, "the baselines", "--budget"),
+        (
+            "gamma",
+            method != Restorer::RichardsonLucy,
+            "what charges or has noise",
+            "another --method",
+        ),
+        (
+            "signed",
+            signed,
+            "the walk and primal_dual",
+            "one of these as --method",
+        ),
+    ];
+    let idle = |&(name, matters, ..): &(&str, bool, &str, &str)| {
+        !matters && arguments.chosen.iter().any(|chosen| chosen == name)
+    };
+    match of_the_walk.into_iter().chain(others).find(idle) {
+        Some((name, _, of, instead)) => Err(Failure::Input(format!(
+            "--{name} is of {of}, and does nothing here; leave it out, or take {instead}"
+        ))),
+        None => Ok(()),
+    }
 }
 
 /// The prior that is asked for; the convex optimum that the walk is judged by is that of `atv`.

@@ -40,18 +40,18 @@ pub struct ExportArguments {
     /// Steps from the first to the last, or one [default: all].
     #[arg(long, value_name = "FROM..TO", value_parser = steps)]
     pub steps: Option<RangeInclusive<usize>>,
-    /// The axis that is up in vdb, usd and fga: z for Blender, y for Houdini.
-    #[arg(long, value_enum, default_value_t = Up::Z)]
-    pub up: Up,
+    /// The axis that is up in vdb, usd and fga: z for Blender, y for Houdini [default: z].
+    #[arg(long, value_enum)]
+    pub up: Option<Up>,
     /// A grid of the velocity on faces too, in vdb.
     #[arg(long)]
     pub staggered: bool,
-    /// Of numbers in vdb.
-    #[arg(long, value_enum, default_value_t = Bits::Half)]
-    pub precision: Bits,
-    /// Of vdb.
-    #[arg(long, value_enum, default_value_t = Codec::Blosc)]
-    pub compression: Codec,
+    /// Of numbers in vdb [default: half].
+    #[arg(long, value_enum)]
+    pub precision: Option<Bits>,
+    /// Of vdb [default: blosc].
+    #[arg(long, value_enum)]
+    pub compression: Option<Codec>,
     /// Steps a second when it plays; velocities in vdb, usd and fga are in length a second of that [default: 1 / dt where that is 10 to 240, else 24].
     #[arg(long, value_name = "N", value_parser = fps)]
     pub fps: Option<f64>,
@@ -79,7 +79,7 @@ pub fn run(arguments: &ExportArguments) -> Result<u8, Failure> {
         steps: arguments.steps.clone(),
         up: arguments.up,
         staggered: arguments.staggered,
-        half: arguments.precision == Bits::Half,
+        half: arguments.precision.map(|bits| bits == Bits::Half),
         codec: arguments.compression,
         fps: arguments.fps,
         first_frame: arguments.first_frame as usize,

@@ -29,10 +29,10 @@ pub struct PhotographArguments {
     /// Cameras with perspective, a diagonal and a half away, and not ones that see from infinitely far.
     #[arg(long)]
     pub pinhole: bool,
-    /// In 3D, how much the cameras are raised, in degrees.
-    #[arg(long, value_name = "DEGREES", default_value_t = 15.0, value_parser = degrees, allow_hyphen_values = true)]
-    pub elevation: f64,
-    /// Pixels of a picture [default: those of the cells].
+    /// In 3D, how much the cameras are raised, in degrees [default: 15].
+    #[arg(long, value_name = "DEGREES", value_parser = degrees, allow_hyphen_values = true)]
+    pub elevation: Option<f64>,
+    /// Pixels of a picture [default: those of the cells]; of a plane Wx1.
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<(usize, usize)>,
     /// Frames from the first to the last, or one [default: all].

@@ -128,10 +128,15 @@ fn print_taken(device: &dyn Searching, scene: &Scene, taken: &Taken, mode: Mode)
 /// Prints what each of some ranks needs that share a scene, of which none may need more than a ceiling that is given.
 fn plan_ranks(scene: &Scene, options: &PlanOptions, ranks: usize, mode: Mode) -> Result<u8, Failure> {
     unshared(scene)?;
+    // One rank alone runs as a program without ranks does.
+    let share = |rank: usize| (ranks > 1).then(|| Share::new(rank, ranks));
     let of_rank = |rank: usize| -> Result<([Range<usize>; 2], Planned), Failure> {
-        let share = Some(Share::new(rank, ranks));
+        let share = share(rank);
         let options = PlanOptions { share, ..*options };
-        let planned = plan::make(scene, &options)?;
+        let planned = match (share, options.limit) {
+            (None, Some(_)) => plan::choose(scene, &options)?,
+            _ => plan::make(scene, &options)?,
+        };
         let grid = planned.problem.problem().grid();
         let [rows, planes] = [grid.dims - 2, grid.dims - 1].map(|axis| grid.of_rank(axis, rank));
         Ok(([rows, planes], planned))
@@ -141,7 +146,7 @@ fn plan_ranks(scene: &Scene, options: &PlanOptions, ranks: usize, mode: Mode) ->
     let blocks_of_ranks = plans.iter().map(|(_, planned)| block_bytes(&planned.plan));
     let largest = blocks_of_ranks.enumerate().max_by_key(|&(_, bytes)| bytes);
     if let (Some(_), Some((rank, _))) = (options.limit, largest) {
-        let share = Some(Share::new(rank, ranks));
+        let share = share(rank);
         let fits = plan::choose(scene, &PlanOptions { share, ..*options });
         fits.map_err(|failure| said_by_rank(rank, failure.code(), &failure.to_string()))?;
     }

@@ -26,6 +26,9 @@ const WEBP_FASTEST: f64 = 90.0;
 /// Detail, where nothing is said.
 const DETAIL: f32 = 0.5;
 
+/// Why what is about a camera is refused in 2D.
+const FACE_ON: &str = "a result in 2D is drawn face on as it is; leave it out";
+
 /// Arguments of `render`.
 #[derive(Args, Debug)]
 pub struct RenderArguments {
@@ -88,7 +91,8 @@ pub fn run(arguments: &RenderArguments) -> Result<u8, Failure> {
         return Err(Failure::Input("--format mp4: there is no ffmpeg on the PATH, which makes films; install it, or write pictures by --format png".into()));
     }
     let mut reel = open(&arguments.result)?;
-    check_lines(arguments, &reel)?;
+    check_lines(arguments, &mut reel)?;
+    check_detail(arguments, &reel)?;
     reel.draw_over(arguments.arrows, arguments.streaklines);
     let shot = shot(arguments, &reel)?;
     let steps = arguments.steps.clone().unwrap_or(0..=reel.steps());
@@ -176,7 +180,7 @@ fn plan(
 }
 
 /// Refuses arrows and streaklines in a box, or of vectors that the result has not.
-fn check_lines(arguments: &RenderArguments, reel: &Reel) -> Result<(), Failure> {
+fn check_lines(arguments: &RenderArguments, reel: &mut Reel) -> Result<(), Failure> {
     let arrows = arguments.arrows.map(|vectors| ("--arrows", vectors));
     let streaklines = arguments
         .streaklines
@@ -193,6 +197,29 @@ fn check_lines(arguments: &RenderArguments, reel: &Reel) -> Result<(), Failure> 
                 vectors.name()
             )));
         }
+    }
+    if arguments.arrows == Some(Vectors::Force) && !reel.is_steered()? {
+        return Err(Failure::Input(format!(
+            "--arrows force: nothing steers the flow of {}, whose forces are what rounding leaves; draw --arrows velocity, or leave it out",
+            reel.archive().display()
+        )));
+    }
+    Ok(())
+}
+
+/// Refuses detail in a plane, or without a flow for it to go with.
+fn check_detail(arguments: &RenderArguments, reel: &Reel) -> Result<(), Failure> {
+    let Some(amount) = arguments.detail else {
+        return Ok(());
+    };
+    if reel.cells().len() == 2 {
+        return Err(Failure::Input(format!("--detail: {FACE_ON}")));
+    }
+    if amount > 0.0 && !reel.has(Vectors::Velocity) {
+        return Err(Failure::Input(format!(
+            "--detail {amount}: {} has no velocity, which detail goes with; leave it out",
+            reel.archive().display()
+        )));
     }
     Ok(())
 }
@@ -237,14 +264,8 @@ fn shot(arguments: &RenderArguments, reel: &Reel) -> Result<Shot, Failure> {
         }
         (_, None) => SIZE,
     };
-    let deep = [
-        ("--camera", arguments.camera.is_some()),
-        ("--detail", arguments.detail.is_some()),
-    ];
-    if let Some((name, _)) = deep.iter().find(|(_, given)| *given && reel.cells().len() == 2) {
-        return Err(Failure::Input(format!(
-            "{name}: a result in 2D is drawn face on as it is; leave it out"
-        )));
+    if arguments.camera.is_some() && reel.cells().len() == 2 {
+        return Err(Failure::Input(format!("--camera: {FACE_ON}")));
     }
     if arguments.format == Format::Webp && width.max(height) > WEBP_MOST {
         return Err(Failure::Input(format!(

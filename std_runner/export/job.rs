@@ -1,10 +1,11 @@
 //! The steps of a result, one after the other, into every format that is asked for. Ranks share them: each writes every so many-th step into the same folder.
 
 use super::forecast::Forecast;
-use super::orient::Orientation;
+use super::orient::{Orientation, Up};
 use super::request::{Format, Request, Written, earlier, facts};
 use super::sink::{Manner, Sink, TimeScale};
 use super::source::Source;
+use super::vdb::Codec;
 use super::{fga, npz, volume, vti, zarr};
 use crate::among::{agreed, shared_folder};
 use crate::bytes::{are_free, rounded};
@@ -35,13 +36,14 @@ const SHARED: &str = "export into a folder that all machines share, with -o DIR"
 pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
     let mut source = Source::open(&request.result)?;
     let steps = steps(request, &source)?;
+    let up = request.up.unwrap_or(Up::Z);
     let manner = Manner {
-        orientation: Orientation::new(source.said.cells.len(), request.up),
-        up: request.up,
+        orientation: Orientation::new(source.said.cells.len(), up),
+        up,
         time: TimeScale::of(source.said.dt, request.fps),
         first_frame: request.first_frame,
-        half: request.half,
-        codec: request.codec,
+        half: request.half.unwrap_or(true),
+        codec: request.codec.unwrap_or(Codec::Blosc),
     };
     check(request, &source)?;
     let packed = [Format::Zarr, Format::Npz];
@@ -75,7 +77,10 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
         let written = run.steps(&folder, steps, request.staggered);
         return written.map(|_| DONE).map_err(failure);
     }
-    let mut destination = Destination::check_for(&request.folder, MARK, vec![MARK.into()])?;
+    // Folders of an earlier export may be there, whose files are looked at one by one.
+    let new = parts.iter().filter(|part| !request.folder.join(part).is_dir());
+    let planned = new.cloned().chain([MARK.into()]).collect();
+    let mut destination = Destination::check_for(&request.folder, MARK, planned)?;
     announce(request, run.source, &display, [bytes, steps.clone().count()]);
     let earlier = earlier(&request.folder.join(MARK), request);
     let stays = |file: &Path| !parts.iter().any(|part| file.starts_with(part));
@@ -217,11 +222,20 @@ fn check(request: &Request, source: &Source) -> Result<(), Failure> {
     if request.formats.contains(&Format::Fga) && !source.has_flow() {
         return Err(lacks("--format fga"));
     }
-    let volumes = [Format::Vdb, Format::Usd];
-    if request.staggered && !request.formats.iter().any(|format| volumes.contains(format)) {
-        return Err(Failure::Input(
-            "--staggered is a grid of vdb, which is not written; add vdb or usd to --format, or leave --staggered out".into(),
-        ));
+    let volumes = request.writes_volumes();
+    let turned = volumes || request.formats.contains(&Format::Fga);
+    let options = [
+        ("--staggered", request.staggered, volumes, "vdb or usd"),
+        ("--precision", request.half.is_some(), volumes, "vdb or usd"),
+        ("--compression", request.codec.is_some(), volumes, "vdb or usd"),
+        ("--up", request.up.is_some(), turned, "vdb, usd or fga"),
+    ];
+    for (option, given, matters, formats) in options {
+        if given && !matters {
+            return Err(Failure::Input(format!(
+                "{option} is of {formats}, which are not written; add one to --format, or leave {option} out"
+            )));
+        }
     }
     if request.staggered && !source.has_flow() {
         return Err(lacks("--staggered"));

@@ -35,10 +35,10 @@ pub(crate) struct Request {
     pub folder: PathBuf,
     pub formats: Vec<Format>,
     pub steps: Option<RangeInclusive<usize>>,
-    pub up: Up,
+    pub up: Option<Up>,
     pub staggered: bool,
-    pub half: bool,
-    pub codec: Codec,
+    pub half: Option<bool>,
+    pub codec: Option<Codec>,
     pub fps: Option<f64>,
     /// The frame that shows step 0.
     pub first_frame: usize,
@@ -115,7 +115,7 @@ pub(super) fn facts(request: &Request, manner: &Manner, source: &Source, written
         "up": manner.up_word(),
         "length": source.said.length,
         "dt": source.said.dt,
-        "precision": if request.half { "half" } else { "float" },
+        "precision": if manner.half { "half" } else { "float" },
         "largest_density": written.largest,
         "shader_density": written.shader,
     })

@@ -51,6 +51,21 @@ impl Plane<'_> {
         let cells = self.cells();
         Ok(Field { cells, values })
     }
+
+    /// How many steps a field has. Where flows are those of cells there is one more of each.
+    fn count(&self, of: Vectors) -> usize {
+        let carrying = self.places.carrying(self.densities.steps);
+        carrying.saturating_sub(of.fewer() - 1)
+    }
+
+    /// The largest mean over squares of `side` cells, of all steps.
+    pub fn strongest(&mut self, of: Vectors, side: usize) -> Result<f32, OutputError> {
+        let mut most: f32 = 0.0;
+        for step in 0..self.count(of) {
+            most = most.max(self.field(of, step, 1.0)?.strongest(side));
+        }
+        Ok(most)
+    }
 }
 
 /// What is asked for, and how far it is.
@@ -96,23 +111,14 @@ impl Lines {
         step: usize,
         pixels: f32,
     ) -> Result<Option<(Field, f32)>, OutputError> {
-        // Where flows are those of cells there is one more of each.
-        let last = plane
-            .places
-            .carrying(plane.densities.steps)
-            .saturating_sub(of.fewer() - 1);
         let strongest = match self.strongest {
             Some(known) => known,
             None => {
                 let side = arrow_side(plane.cells(), pixels);
-                let mut most: f32 = 0.0;
-                for step in 0..last {
-                    most = most.max(plane.field(of, step, 1.0)?.strongest(side));
-                }
-                *self.strongest.insert(most)
+                *self.strongest.insert(plane.strongest(of, side)?)
             }
         };
-        if step >= last || strongest <= 0.0 {
+        if step >= plane.count(of) || strongest <= 0.0 {
             return Ok(None);
         }
         Ok(Some((plane.field(of, step, 1.0)?, strongest)))

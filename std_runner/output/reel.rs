@@ -9,6 +9,9 @@ use super::{Densities, OutputError, Pictured, Places};
 use crate::report::Said;
 use crate::stay::Stay;
 
+/// What a force changes of the largest velocity in a step, in parts of it, where nothing steers: a simulation leaves some 1e-5.
+const UNSTEERED: f64 = 1e-4;
+
 /// A result folder whose steps can be drawn.
 pub(crate) struct Reel {
     densities: Densities,
@@ -35,6 +38,16 @@ struct Flow {
     scale: f32,
     /// Length of a step.
     dt: f64,
+}
+
+impl Flow {
+    fn plane<'a>(&'a self, densities: &'a mut Densities) -> Plane<'a> {
+        Plane {
+            densities,
+            places: &self.places,
+            scale: self.scale,
+        }
+    }
 }
 
 impl Reel {
@@ -100,6 +113,16 @@ impl Reel {
         self.densities.has_vectors(vectors.name())
     }
 
+    /// Whether any force changes the flow of a plane by more than rounding and the errors of steps do.
+    pub fn is_steered(&mut self) -> Result<bool, OutputError> {
+        let mut plane = self.flow.plane(&mut self.densities);
+        let [force, velocity] = [
+            plane.strongest(Vectors::Force, 1)?,
+            plane.strongest(Vectors::Velocity, 1)?,
+        ];
+        Ok(f64::from(force) * self.flow.dt > UNSTEERED * f64::from(velocity))
+    }
+
     /// Has arrows and streaklines drawn over planes.
     pub fn draw_over(&mut self, arrows: Option<Vectors>, streaklines: bool) {
         self.lines = Lines::new(arrows, streaklines);
@@ -151,11 +174,7 @@ impl Reel {
         };
         let mut film = smoke.expose(shot);
         if let Some(pixels) = smoke.pixels_of(self.densities.cells.first().copied().unwrap_or(1), shot) {
-            let mut plane = Plane {
-                densities: &mut self.densities,
-                places: &self.flow.places,
-                scale: self.flow.scale,
-            };
+            let mut plane = self.flow.plane(&mut self.densities);
             let over = self.lines.at(&mut plane, step, pixels)?;
             smoke.draw_over(&mut film, shot, &over);
         }

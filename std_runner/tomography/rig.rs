@@ -41,6 +41,9 @@ pub(crate) fn photograph(rig: &Rig, exec: &dyn Exec) -> Result<Destination, Fail
             subject.frames() - 1
         )));
     }
+    if subject.cells.len() == 2 {
+        refuse_height(rig)?;
+    }
     if !rig.force {
         refuse_changed(&rig.folder)?;
     }
@@ -53,6 +56,18 @@ pub(crate) fn photograph(rig: &Rig, exec: &dyn Exec) -> Result<Destination, Fail
     };
     destination.fill(|folder| write(folder, &subject, &text, pixels, &pictures))?;
     Ok(destination)
+}
+
+/// Refuses what a plane has no third axis for: its cameras lie in it, and their pictures are rows of pixels.
+fn refuse_height(rig: &Rig) -> Result<(), Failure> {
+    let wrong = match (rig.elevation, rig.size) {
+        (Some(angle), _) => format!("--elevation {angle}: cameras of a plane lie in it; leave it out"),
+        (_, Some((width, height))) if height != 1 => {
+            format!("--size {width}x{height}: pictures of a plane are rows of pixels; write --size {width}x1")
+        }
+        _ => return Ok(()),
+    };
+    Err(Failure::Input(wrong))
 }
 
 /// Refuses a folder whose file of views says something else than what was written there.
@@ -97,11 +112,7 @@ fn description(rig: &Rig, subject: &Subject, first: &usize) -> (String, [usize; 
     let sides: Vec<f64> = subject.cells.iter().map(|&count| count as f64).collect();
     let diagonal = sides.iter().map(|x| x * x).sum::<f64>().sqrt();
     let around = sides.iter().take(2).map(|x| x * x).sum::<f64>().sqrt();
-    let rise = if dims == 3 {
-        rig.elevation.to_radians()
-    } else {
-        0.0
-    };
+    let rise = if dims == 3 { rig.rise().to_radians() } else { 0.0 };
     let high = sides.get(2).copied().unwrap_or(1.0) * rise.cos() + around * rise.sin().abs();
     let room = if rig.pinhole { MARGIN } else { 1.0 };
     let square = [around.max(1.0), high].map(|cells| ((room * cells).ceil() as usize).next_multiple_of(2));
@@ -127,7 +138,7 @@ fn description(rig: &Rig, subject: &Subject, first: &usize) -> (String, [usize; 
         let azimuth = 180.0 * view as f64 / rig.views as f64;
         text += &format!("\n[[camera]]\nname = \"{azimuth:.1} degrees\"\n");
         if rig.pinhole {
-            let way = forward(azimuth, if dims == 3 { rig.elevation } else { 0.0 });
+            let way = forward(azimuth, if dims == 3 { rig.rise() } else { 0.0 });
             let eye: Vec<String> = (0..dims)
                 .map(|axis| {
                     format!(
@@ -148,7 +159,7 @@ fn description(rig: &Rig, subject: &Subject, first: &usize) -> (String, [usize; 
                 side * scale
             );
             if dims == 3 {
-                text += &format!("elevation = {}\n", rig.elevation);
+                text += &format!("elevation = {}\n", rig.rise());
             }
         }
         text += &format!("file = \"pictures.npz\"\narray = \"camera_{view}\"\n");

@@ -10,6 +10,9 @@ use std::path::{Path, PathBuf};
 /// The largest density, whose sums along rays are numbers in single precision.
 const MOST: f64 = 1e30;
 
+/// How much cameras are raised where nothing is said, in degrees.
+const RISE: f64 = 15.0;
+
 /// What is photographed, and how.
 #[derive(Clone)]
 pub(crate) struct Rig {
@@ -20,7 +23,8 @@ pub(crate) struct Rig {
     pub views: usize,
     pub folder: PathBuf,
     pub pinhole: bool,
-    pub elevation: f64,
+    /// How much cameras are raised in 3D, in degrees.
+    pub elevation: Option<f64>,
     /// Pixels across and down.
     pub size: Option<(usize, usize)>,
     pub frames: Option<RangeInclusive<usize>>,
@@ -29,6 +33,13 @@ pub(crate) struct Rig {
     pub seed: u64,
     /// Whether a file of views that was changed since it was written may go.
     pub force: bool,
+}
+
+impl Rig {
+    /// How much cameras are raised in 3D, in degrees.
+    pub fn rise(&self) -> f64 {
+        self.elevation.unwrap_or(RISE)
+    }
 }
 
 /// The density that is photographed.

@@ -389,8 +389,44 @@ fn what_cannot_be_exported_is_refused_and_leaves_the_earlier_one() {
     refused(
         &["--format", "vti,zarr", "--staggered"],
         2,
-        "add vdb or usd to --format",
+        "--staggered is of vdb or usd",
     );
+    refused(
+        &["--format", "zarr", "--precision", "float"],
+        2,
+        "--precision is of vdb or usd, which are not written; add one to --format",
+    );
+    refused(
+        &["--format", "vti", "--compression", "zip"],
+        2,
+        "--compression is of vdb or usd",
+    );
+    refused(
+        &["--format", "npz,vti", "--up", "y"],
+        2,
+        "--up is of vdb, usd or fga",
+    );
+    // Said before the steps are written, which may take hours.
+    let own = folder.join("smoke.npz");
+    fs::write(&own, "the user's").unwrap();
+    let in_the_way = run(&[
+        "export",
+        text(&result),
+        "--format",
+        "vti,npz",
+        "-o",
+        text(&folder),
+    ]);
+    assert_eq!(in_the_way.code, 4, "{}", in_the_way.err);
+    assert!(
+        in_the_way
+            .err
+            .contains("smoke.npz is there and was not written by thurible"),
+        "{}",
+        in_the_way.err
+    );
+    assert_eq!(in_the_way.out, "");
+    fs::remove_file(&own).unwrap();
     let archive = result.join("result.npz");
     let whole = fs::read(&archive).unwrap();
     fs::write(&archive, &whole[..whole.len() / 2]).unwrap();

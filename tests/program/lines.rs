@@ -1,7 +1,8 @@
 //! `thurible render` in planes: arrows and streaklines over the smoke.
 
 use crate::render::{DEEP, png, solved};
-use crate::support::{Ended, run, text};
+use crate::support::{Ended, fresh_folder, run, text};
+use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Smoke that goes round a disc, from a source and from an emitter; the box repeats along x.
@@ -55,6 +56,18 @@ fn arrows_and_streaklines_are_drawn_over_the_smoke() {
 #[test]
 fn lines_are_for_planes() {
     let result = solved("lines_deep", DEEP);
+    let free = fresh_folder("lines_free");
+    let (scene, simulated) = (free.join("scene.toml"), free.join("out"));
+    fs::write(
+        &scene,
+        FLOW.replace("[control]", "[flow]\nbuoyancy = 0.05\n[control]"),
+    )
+    .unwrap();
+    let ended = run(&["simulate", text(&scene), "--quiet", "-o", text(&simulated)]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let ended = run(&["render", text(&simulated), "--arrows", "force"]);
+    assert_eq!(ended.code, 2, "{}", ended.err);
+    assert!(ended.err.contains("nothing steers the flow"), "{}", ended.err);
     for option in [&["--arrows", "force"][..], &["--streaklines"]] {
         let ended = run(&[&["render", text(&result)], option].concat());
         assert_eq!(ended.code, 2, "{}", ended.err);

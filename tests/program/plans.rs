@@ -118,6 +118,13 @@ fn the_largest_rank_is_what_a_ceiling_is_for() {
     assert_eq!(plan(&["--memory-limit", &asked]).code, 0);
     assert_eq!(plan(&["--device", "cpu"]).code, 0);
     assert!(plan(&["--device", "gpu"]).err.contains("--device gpu: ranks"));
+    // One rank is a program with all threads.
+    let bytes = |more: &[&str]| {
+        let ended = run(&[&["plan", "examples/small_3d.toml", "--json"], more].concat());
+        let said: Value = serde_json::from_str(ended.out.trim()).unwrap();
+        said["block_bytes"].as_u64().unwrap()
+    };
+    assert_eq!(bytes(&["--ranks", "1"]), bytes(&[]));
     let alone = run(&["plan", "examples/small_3d.toml", "--device-memory", "1GiB"]);
     assert!(
         alone.code == 2 && alone.err.contains("--device-memory is that of a device"),

@@ -398,6 +398,20 @@ fn what_cannot_be_photographed_is_refused() {
         );
         assert!(!folder.join("no").exists());
     }
+    fs::write(&path, npy(&[2, 6, 6], &[0.1; 72])).unwrap();
+    for (more, words) in [
+        (["--elevation", "20"], "cameras of a plane lie in it"),
+        (["--size", "12x9"], "write --size 12x1"),
+    ] {
+        let ended = run(&[
+            &["photograph", text(&path), "-o", text(&folder.join("no"))][..],
+            &more,
+        ]
+        .concat());
+        assert_eq!(ended.code, 2, "{}", ended.err);
+        assert!(ended.err.contains(words), "{}", ended.err);
+        assert!(!folder.join("no").exists());
+    }
 }
 
 /// After a dark frame a warm walk begins from nothing, with the whole budget, as a cold one does.

@@ -24,7 +24,7 @@ impl Bench<'_> {
     /// A camera half way between the first two of `rig`, among twice as many.
     pub(super) fn between(&mut self, whose: &str, views: &Made, rig: Rig) -> Result<Novel, Halt> {
         let count = 2 * rig.views;
-        let elevation = rig.elevation;
+        let elevation = rig.rise();
         let rig = Rig { views: count, ..rig };
         let folder = format!("views_{count}");
         let more = self.photograph(&format!("{whose}/{folder}"), rig)?;

@@ -79,7 +79,7 @@ pub(super) fn rig(result: &Path, array: &str, views: usize) -> Rig {
         views,
         folder: Default::default(),
         pinhole: false,
-        elevation: 0.0,
+        elevation: None,
         size: None,
         frames: None,
         noise: 0.0,

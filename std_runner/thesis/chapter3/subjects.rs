@@ -153,7 +153,6 @@ impl Bench<'_> {
         let capture = self.capture(&stage.play)?;
         let rig = Rig {
             frames: Some(stage.frame..=stage.frame),
-            elevation: 15.0,
             ..rig(&capture.archive(), "density", stage.cameras)
         };
         let views = self.photograph(&format!("{}/views_{}", stage.whose, stage.cameras), rig.clone())?;
