@@ -161,14 +161,15 @@ impl Keeper {
         }
     }
 
-    /// Keeps a state: `words`, and what `fields` writes. What cannot be written is no reason to end a solve: the user is told once.
+    /// Keeps a state, which was `begun` then: `words`, and what `fields` writes. What cannot be written is no reason to end a solve: the user is told
+    /// once.
     pub fn keep(
         &mut self,
+        begun: Instant,
         watch: &Watch,
         words: &Words,
         fields: &mut dyn FnMut(&mut Saving<'_>) -> Result<(), Refused>,
     ) {
-        let begun = Instant::now();
         if let Err(failure) = self.write(words, fields)
             && !self.told
         {

@@ -5,6 +5,7 @@ use super::played::Replayed;
 use crate::checkpoint::{Keeper, Words};
 use crate::progress::Watch;
 use crate::run::saved::{self, Ended, Progressed};
+use std::time::Instant;
 use thurible_core::{Exec, Fluids, Real, Space, Status};
 
 impl Run {
@@ -34,7 +35,9 @@ impl Run {
             if keeper.is_due(watch) {
                 let mut words = Words::default();
                 if so_far.record(&mut words, watch).is_ok() {
-                    keeper.keep(watch, &words, &mut |file| saved::write(fluids, file));
+                    keeper.keep(Instant::now(), watch, &words, &mut |file| {
+                        saved::write(fluids, file)
+                    });
                 }
             }
         }
@@ -49,7 +52,7 @@ impl Run {
                 exec,
                 problem,
             };
-            live.draw(&mut played, 0, problem.steps);
+            live.draw(Instant::now(), &mut played, 0, problem.steps);
         }
     }
 }

@@ -7,8 +7,8 @@ use pollster::block_on;
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use wgpu::{
     Adapter, BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, Buffer, BufferBinding,
-    BufferDescriptor, BufferUsages, CommandEncoderDescriptor, ComputePassDescriptor, Device,
-    DeviceDescriptor, ErrorFilter, Features, Limits, MapMode, PollType, Queue,
+    BufferDescriptor, BufferTransition, BufferUsages, BufferUses, CommandEncoderDescriptor,
+    ComputePassDescriptor, Device, DeviceDescriptor, ErrorFilter, Features, Limits, MapMode, PollType, Queue,
 };
 
 /// Dispatches that wait at most before they are handed over.
@@ -278,6 +278,11 @@ impl Machine {
                 used: 0,
             });
         }
+        // What was not made is not cleared: that would be another error than the one that says why.
+        if block_on(scope.pop()).is_some() {
+            return None;
+        }
+        let scope = self.device.push_error_scope(ErrorFilter::OutOfMemory);
         // All of it is 0 before anything else is done: what the device has not so much of is refused now, and nothing is cleared later on.
         let mut encoder = self
             .device
@@ -422,6 +427,12 @@ impl Machine {
             .device
             .create_command_encoder(&CommandEncoderDescriptor::default());
         encoder.copy_buffer_to_buffer(buffer, offset, staging, 0, bytes);
+        // Vulkan shows the host what a device has written only behind a barrier, which wgpu records where it is asked for (gfx-rs/wgpu, issue 9306).
+        let shown = BufferTransition {
+            buffer: staging,
+            state: BufferUses::MAP_READ,
+        };
+        encoder.transition_resources([shown].into_iter(), core::iter::empty());
         self.queue.submit([encoder.finish()]);
         let (tell, told) = mpsc::channel();
         staging.map_async(MapMode::Read, 0..bytes, move |mapped| {

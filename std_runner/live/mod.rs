@@ -76,14 +76,13 @@ impl Live {
             .is_none_or(|(when, took)| when.elapsed().as_secs_f64() >= OFTEN.max(took / SHARE))
     }
 
-    /// Draws some of the first `steps` of `played`, which count on from `first`, and shows them.
-    pub(crate) fn draw(&mut self, played: &mut dyn Played, first: usize, steps: usize) {
-        let began = Instant::now();
+    /// Draws some of the first `steps` of `played`, which count on from `first`, and shows them; what they took was `begun` then.
+    pub(crate) fn draw(&mut self, begun: Instant, played: &mut dyn Played, first: usize, steps: usize) {
         // What cannot be drawn is not shown; the solve goes on.
         if let Ok(drawn) = strip(played, first, steps) {
             self.shared.state().frames(drawn);
         }
-        self.drawn = Some((Instant::now(), began.elapsed().as_secs_f64()));
+        self.drawn = Some((Instant::now(), begun.elapsed().as_secs_f64()));
     }
 
     /// Tells those who look how it ended, and closes the page.

@@ -13,6 +13,8 @@ use tiny_http::{Header, Method, Request, Response, StatusCode};
 /// How long the last answer may take when the solve is over, and how often it is looked at.
 const PATIENCE: Duration = Duration::from_secs(1);
 const STEP: Duration = Duration::from_millis(5);
+/// The port that browsers do not name.
+const HTTP: &str = "80";
 
 const PAGE: &str = include_str!("page.html");
 
@@ -116,8 +118,11 @@ fn answer(shared: &Shared, request: &Request) -> (&'static str, u16, Vec<u8>) {
     };
     // A name that somebody else's server gave to this address is not ours.
     let host = request.headers().iter().find(|header| header.field.equiv("Host"));
-    let hosts = ["127.0.0.1", "localhost"].map(|name| format!("{name}:{}", shared.port));
-    if !host.is_some_and(|host| hosts.iter().any(|name| *name == host.value.as_str())) {
+    let is_ours = |host: &str| {
+        let (name, port) = host.split_once(':').unwrap_or((host, HTTP));
+        ["127.0.0.1", "localhost"].contains(&name) && port == shared.port.to_string()
+    };
+    if !host.is_some_and(|host| is_ours(host.value.as_str())) {
         return nothing();
     }
     let rest = request.url().strip_prefix('/');

@@ -19,6 +19,7 @@ use crate::report::{self, RunRecord};
 use crate::{bytes, threads};
 use core::mem::MaybeUninit;
 use std::path::Path;
+use std::time::Instant;
 use thurible_core::exec::Together;
 use thurible_core::exec::ranks::Alone;
 use thurible_core::{D2, D3, Exec, Named, Real, Solver, Space, Status};
@@ -264,8 +265,9 @@ pub(super) fn show<T: Real + Sample, S: Space>(
     if let Some(live) = watch.page() {
         // What comes after the release is simulated in the end.
         let steps = problem.release.unwrap_or(problem.steps);
+        let begun = Instant::now();
         solver.fetch(exec);
         let mut frames = SolverFrames::new(solver, exec, problem);
-        live.draw(&mut Held(&mut frames), first, steps);
+        live.draw(begun, &mut Held(&mut frames), first, steps);
     }
 }

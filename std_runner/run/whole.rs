@@ -21,6 +21,7 @@ use crate::output::Sample;
 use crate::progress::Watch;
 use crate::report::{self, RunRecord};
 use core::mem::MaybeUninit;
+use std::time::Instant;
 use thurible_core::method::registry::simulates;
 use thurible_core::{Exec, Real, Solver, Space, Status};
 
@@ -135,11 +136,15 @@ impl Job {
                     if keeper.is_due(watch) {
                         let mut words = Words::default();
                         if so_far.record(&mut words, watch).is_ok() {
+                            // What a device hands over is a part of what keeping takes.
+                            let begun = Instant::now();
                             solver.fetch_all(exec);
                             if self.device_failure().is_some() {
                                 return;
                             }
-                            keeper.keep(watch, &words, &mut |saving| saved::write_shared(solver, saving));
+                            keeper.keep(begun, watch, &words, &mut |saving| {
+                                saved::write_shared(solver, saving)
+                            });
                         }
                     }
                 };

@@ -12,6 +12,7 @@ use crate::run::stages::Stage;
 use crate::stay::Stay;
 use core::mem::MaybeUninit;
 use std::io;
+use std::time::Instant;
 use thurible_core::checkpoint::{Damaged, Refused};
 use thurible_core::{Output, Real, Space};
 
@@ -100,7 +101,7 @@ impl Walk<'_> {
         solver: &mut dyn FnMut(&mut Saving<'_>) -> Result<(), Refused>,
     ) {
         if let Some(words) = self.words(watch) {
-            keeper.keep(watch, &words, &mut |saving| {
+            keeper.keep(Instant::now(), watch, &words, &mut |saving| {
                 self.write(saving)?;
                 solver(saving)
             });
