@@ -32,7 +32,7 @@ pub(super) const FIGURES: [Figure; 10] = [
         "Puffs from a vent rise round a solid ball, 48 x 48 x 96 cells and 61 frames at full size (the thesis: 100 x 200 x 100, 9 times as many, and 150 frames). The tracker knows of no ball. Frames are \
          blurred, then made half as large by means over 2 x 2 x 2 cells. alpha 1e-4, beta 1.",
         "Native size, and half size with blurs of 0, 0.5 and 1; RMS to 0.1, angles to 100 degrees over 150 frames: a strong blur drifts faster. No units.",
-        room(430.0, 1700.0),
+        room(1500.0, 1700.0),
         smaller::figure_3,
     ),
     Figure::new(
