@@ -6,6 +6,7 @@ use crate::exit::{DONE, Failure};
 use crate::output::write_bytes;
 use crate::preview::{cell_volume, findings, layers, sheet, shown};
 use crate::progress::{Display, Mode};
+use crate::report::number;
 use crate::scene::Scene;
 use clap::{Args, Subcommand};
 use serde_json::json;
@@ -65,7 +66,7 @@ pub fn run(command: &SceneCommand) -> Result<u8, Failure> {
         let (mass, title) = (layer.sum() * cell, layer.title());
         display.event("layer", json!({ "key": layer.key, "title": title, "mass": mass }));
         if !arguments.json {
-            print(&format!("{mass:>12.6}  {title}"));
+            print(&format!("{:>12}  {title}", number(mass)));
         }
     }
     for note in &notes {

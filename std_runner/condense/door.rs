@@ -93,7 +93,7 @@ pub(crate) fn run(request: &Request) -> Result<u8, Failure> {
     let page = page::page(&name(&request.document), &done)?;
     let facts = page::facts(&done);
     publish::write(&mut folder, STEM, &page, &facts)?;
-    publish::announce(request.mode, &folder, STEM, &page::table(&done).markdown(), facts);
+    publish::announce(request.mode, &folder, STEM, &page::table(&done).plain(), facts);
     Ok(publish::code(&folder, &interrupt, ended))
 }
 

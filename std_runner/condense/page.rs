@@ -61,7 +61,7 @@ pub(super) fn table(done: &[Done<'_>]) -> Table {
                 outcome
                     .energy
                     .last()
-                    .map_or_else(String::new, |energy| format!("{energy:.6}")),
+                    .map_or_else(String::new, |&value| energy(value)),
                 seconds(outcome.total),
                 bytes(outcome.planned),
             ]);
@@ -187,6 +187,16 @@ fn charts(case: &Case, outcomes: &[Outcome]) -> Vec<Chart> {
     let few = case.variants.chunks(COLOURS).zip(outcomes.chunks(COLOURS));
     few.flat_map(|(variants, outcomes)| charts_of(variants, outcomes, &least))
         .collect()
+}
+
+/// An energy in digits that tell those of two methods apart.
+fn energy(value: f64) -> String {
+    let plain = value == 0.0 || (1e-2..1e6).contains(&value.abs());
+    if plain {
+        format!("{value:.6}")
+    } else {
+        format!("{value:.6e}")
+    }
 }
 
 /// A number of a state: of a run, the step and the place in its lists.

@@ -80,7 +80,7 @@ impl Document {
         };
         write_bytes(
             &folder.join(format!("{stem}.md")),
-            format!("# {}\n\n{}\n\n{text}", self.title, self.lead).as_bytes(),
+            format!("# {}\n\n{}\n\n{text}", in_line(&self.title), in_line(&self.lead)).as_bytes(),
         )
     }
 
@@ -185,14 +185,17 @@ impl Table {
 
     /// The table in Markdown.
     pub fn markdown(&self) -> String {
+        self.lines(|cell| in_line(cell).replace('|', "\\|"))
+    }
+
+    /// The same as a terminal shows it.
+    pub fn plain(&self) -> String {
+        self.lines(str::to_owned)
+    }
+
+    fn lines(&self, cell: impl Fn(&str) -> String) -> String {
         let line = |cells: &mut dyn Iterator<Item = &str>| {
-            format!(
-                "| {} |\n",
-                cells
-                    .map(|cell| cell.replace('|', "\\|"))
-                    .collect::<Vec<_>>()
-                    .join(" | ")
-            )
+            format!("| {} |\n", cells.map(&cell).collect::<Vec<_>>().join(" | "))
         };
         let rule = |column: usize| if column < self.names { "---" } else { "---:" };
         let rows: String = self
@@ -233,11 +236,29 @@ fn fence(text: &str) -> String {
     "`".repeat(longest.unwrap_or(0).max(2) + 1)
 }
 
+/// Plain text in Markdown, in one line: what would begin a tag or an entity does not.
+fn in_line(text: &str) -> String {
+    let mut line = String::with_capacity(text.len());
+    let mut letters = text.chars().peekable();
+    while let Some(letter) = letters.next() {
+        let next = letters.peek().copied();
+        let is_next =
+            |other: &str| next.is_some_and(|next| next.is_ascii_alphabetic() || other.contains(next));
+        match letter {
+            '<' if is_next("/!?") => line.push_str("&lt;"),
+            '&' if is_next("#") => line.push_str("&amp;"),
+            '\n' | '\r' => line.push(' '),
+            letter => line.push(letter),
+        }
+    }
+    line
+}
+
 /// A block of words or a table in Markdown. A title below a heading ([`Block::Part`]) is one of pictures.
 fn words(block: &Block) -> Option<String> {
     Some(match block {
-        Block::Heading(text) => format!("## {text}\n\n"),
-        Block::Text(text) => format!("{text}\n\n"),
+        Block::Heading(text) => format!("## {}\n\n", in_line(text)),
+        Block::Text(text) => format!("{}\n\n", in_line(text)),
         Block::Code(text) => {
             let fence = fence(text);
             format!("{fence}\n{text}\n{fence}\n\n")
@@ -249,7 +270,7 @@ fn words(block: &Block) -> Option<String> {
 
 fn markdown(block: &Block, pictures: &mut Pictures<'_>) -> Result<String, OutputError> {
     Ok(match block {
-        Block::Part(text) => format!("### {text}\n\n"),
+        Block::Part(text) => format!("### {}\n\n", in_line(text)),
         Block::Charts(charts) => {
             let shown = charts.iter().map(|chart| {
                 Ok(format!(
@@ -266,7 +287,7 @@ fn markdown(block: &Block, pictures: &mut Pictures<'_>) -> Result<String, Output
                 .iter()
                 .map(|shot| pictures.show(&shot.caption, "png", &shot.png))
                 .collect::<Result<Vec<_>, _>>()?;
-            let captions: Vec<&str> = shots.iter().map(|shot| shot.caption.as_str()).collect();
+            let captions: Vec<String> = shots.iter().map(|shot| in_line(&shot.caption)).collect();
             format!("{}\n\n*{}*\n\n", shown.join("\n"), captions.join(", "))
         }
         block => words(block).unwrap_or_default(),

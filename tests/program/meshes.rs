@@ -620,7 +620,7 @@ fn a_wall_of_one_cell_stays_where_cells_are_cut() {
     ]);
     assert_eq!(ended.code, 0, "{}", ended.err);
     // One layer of cells in sixteen.
-    assert!(ended.out.contains("0.062500  obstacle"), "{}", ended.out);
+    assert!(ended.out.contains("0.0625  obstacle"), "{}", ended.out);
 }
 
 #[test]

@@ -94,6 +94,40 @@ fn every_combination_is_solved_once() {
     }
 }
 
+/// The page shows no result of another scene as one of this, and why a run came to nothing.
+#[test]
+fn a_sweeps_page_is_of_its_own_scene() {
+    let folder = fresh_folder("sweep_other");
+    let (scene, out) = (folder.join("scene.toml"), folder.join("out"));
+    let sweep = |text: &str| {
+        fs::write(&scene, text).unwrap();
+        run(&[
+            "sweep",
+            scene.to_str().unwrap(),
+            "--vary",
+            "control.force_weight=1e2,1e4",
+            "-o",
+            out.to_str().unwrap(),
+            "--quiet",
+        ])
+    };
+    let first = sweep(SCENE);
+    assert!(matches!(first.code, 0 | 5), "{}", first.err);
+    let other = sweep(&SCENE.replace("[0.6, 0.5]", "[0.5, 0.6]"));
+    assert_eq!(other.code, 4, "{}", other.err);
+    let facts: Value = json(&out.join("sweep.json"));
+    for row in facts["rows"].as_array().unwrap() {
+        assert!(row["status"].is_null() && row["objective"].is_null(), "{row}");
+        assert!(row["why"].as_str().unwrap().contains("of another scene"), "{row}");
+    }
+    let page = fs::read_to_string(out.join("sweep.md")).unwrap();
+    assert!(
+        page.contains("| failed |") && page.contains("came to no result: "),
+        "{page}"
+    );
+    assert!(!page.contains("The last step"), "{page}");
+}
+
 /// A run that was not finished goes on where the sweep is now, and not where its state says that it was; the state of other settings stays.
 #[test]
 fn what_was_not_finished_goes_on_in_a_sweep() {

@@ -95,7 +95,8 @@ pub fn run(arguments: &SweepArguments) -> Result<u8, Failure> {
     let mut page = publish::prepare(&folder, STEM, Earlier::Replaced)?;
     let interrupt = Interrupt::listen()?;
     let mut worst = DONE;
-    for run in &runs {
+    let mut failed = vec![None; runs.len()];
+    for (run, why) in runs.iter().zip(&mut failed) {
         if interrupt.asked() {
             break;
         }
@@ -105,12 +106,22 @@ pub fn run(arguments: &SweepArguments) -> Result<u8, Failure> {
             Err(failure) => {
                 console::error(&format!("thurible: {}: {failure}", run.set.join(" ")));
                 worst = worse(worst, failure.code());
+                *why = Some(failure.to_string());
             }
         }
     }
-    let rows: Vec<Value> = runs.iter().map(facts).collect();
+    let there = |(run, why): (&Run, &Option<String>)| match why {
+        None => arguments.report_of(run),
+        Some(_) => None,
+    };
+    let reports: Vec<Option<Value>> = runs.iter().zip(&failed).map(there).collect();
+    let outcomes = reports.iter().zip(&failed);
+    let rows = runs.iter().zip(outcomes);
+    let rows: Vec<Value> = rows
+        .map(|(run, (report, why))| facts(run, report.as_ref(), why.as_ref()))
+        .collect();
     let table = table(&runs, &rows);
-    let facts = json!({ "format": 1, "scene": arguments.scene.display().to_string(), "rows": rows });
+    let facts = json!({ "format": 1, "scene": arguments.scene.display().to_string(), "rows": &rows });
     let name = arguments
         .scene
         .file_stem()
@@ -120,10 +131,10 @@ pub fn run(arguments: &SweepArguments) -> Result<u8, Failure> {
     publish::write(
         &mut page,
         STEM,
-        &document(&name, &arguments.vary, &runs, table.clone()),
+        &document((&name, &arguments.vary), &runs, (table.clone(), &rows), &reports),
         &facts,
     )?;
-    publish::announce(arguments.options.mode(), &page, STEM, &table.markdown(), facts);
+    publish::announce(arguments.options.mode(), &page, STEM, &table.plain(), facts);
     Ok(publish::code(&page, &interrupt, worst))
 }
 
@@ -131,6 +142,13 @@ impl SweepArguments {
     fn scene_of(&self, run: &Run) -> Result<Scene, Failure> {
         let set: Vec<String> = self.options.set.iter().chain(&run.set).cloned().collect();
         Scene::load(&self.scene, &set, None)
+    }
+
+    /// The report of a run's whole result, if that is of this very scene.
+    fn report_of(&self, run: &Run) -> Option<Value> {
+        let scene = self.scene_of(run).ok()?;
+        let precision = self.options.plan().precision.name();
+        report_in(&run.folder).filter(|report| is_of(report, &scene, precision))
     }
 
     /// Solves a run, unless its result is there; one that was not finished goes on.

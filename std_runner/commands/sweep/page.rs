@@ -1,15 +1,14 @@
 //! The page of a sweep: a row and the last step of each run.
 
 use super::runs::Run;
-use super::there::report_in;
 use crate::output::frame;
 use crate::report::{Block, Document, Shot, Table, bytes, number, seconds};
 use serde_json::{Value, json};
 use std::fs;
 
-/// What the page says of a run.
-pub(super) fn facts(run: &Run) -> Value {
-    let report = report_in(&run.folder).unwrap_or_default();
+/// What the page says of a run with this report, or why it has none where it came to nothing.
+pub(super) fn facts(run: &Run, report: Option<&Value>, why: Option<&String>) -> Value {
+    let report = report.cloned().unwrap_or_default();
     let errors = report["keyframes"].as_array().into_iter().flatten();
     let worst = errors
         .filter_map(|keyframe| keyframe["relative_l2"].as_f64())
@@ -18,6 +17,7 @@ pub(super) fn facts(run: &Run) -> Value {
         "set": run.set,
         "folder": run.folder.file_name().unwrap_or_default().to_string_lossy(),
         "status": report["status"],
+        "why": why,
         "iterations": report["history"].as_array().map(Vec::len),
         "seconds": report["seconds"]["total"],
         "objective": report["objective"],
@@ -33,10 +33,11 @@ pub(super) fn table(runs: &[Run], facts: &[Value]) -> Table {
         let real = |value: &Value| value.as_f64().map_or_else(none, number);
         vec![
             run.set.join(" "),
-            facts["status"]
-                .as_str()
-                .unwrap_or("not there yet")
-                .replace('_', " "),
+            match (&facts["status"], &facts["why"]) {
+                (Value::String(status), _) => status.replace('_', " "),
+                (_, Value::String(_)) => "failed".into(),
+                _ => "not there yet".into(),
+            },
             facts["iterations"]
                 .as_u64()
                 .map_or_else(none, |count| count.to_string()),
@@ -71,17 +72,31 @@ pub(super) fn table(runs: &[Run], facts: &[Value]) -> Table {
     }
 }
 
-pub(super) fn document(name: &str, vary: &[String], runs: &[Run], table: Table) -> Document {
-    let last = |run: &Run| {
-        let steps = report_in(&run.folder)?["steps"].as_u64()?;
+/// The page: the table, of which these are the facts, and pictures of the `reports`.
+pub(super) fn document(
+    (name, vary): (&str, &[String]),
+    runs: &[Run],
+    (table, facts): (Table, &[Value]),
+    reports: &[Option<Value>],
+) -> Document {
+    let last = |(run, report): (&Run, &Option<Value>)| {
+        let steps = report.as_ref()?["steps"].as_u64()?;
         let png = fs::read(run.folder.join(frame(usize::try_from(steps).ok()?))).ok()?;
         Some(Shot {
             caption: run.set.join(" "),
             png,
         })
     };
+    let why = |(run, facts): (&Run, &Value)| {
+        let why = facts["why"].as_str()?;
+        Some(Block::Text(format!(
+            "{} came to no result: {why}",
+            run.set.join(" ")
+        )))
+    };
     let mut blocks = vec![Block::Table(table)];
-    let shots: Vec<Shot> = runs.iter().filter_map(last).collect();
+    blocks.extend(runs.iter().zip(facts).filter_map(why));
+    let shots: Vec<Shot> = runs.iter().zip(reports).filter_map(last).collect();
     if !shots.is_empty() {
         blocks.push(Block::Heading("The last step".into()));
         blocks.push(Block::Pictures(shots));
