@@ -26,6 +26,14 @@ pub(crate) fn solve(options: &RunOptions, request: Request) -> Result<Outcome, F
     }
 }
 
+/// Bytes of the block that a scene's solve takes, as it would choose with all memory that it asks for.
+pub(crate) fn bytes(scene: &Scene, options: &PlanOptions) -> Result<usize, Failure> {
+    if scene.method.fluids.chosen {
+        return fluids::planned(scene, options).map(|planned| planned.plan.bytes());
+    }
+    plan::make(scene, options).map(|planned| planned.plan.bytes())
+}
+
 /// Refuses a scene whose solve would be refused for its plan.
 pub(crate) fn check(scene: &Scene, options: &PlanOptions) -> Result<(), Failure> {
     if scene.method.fluids.chosen {

@@ -3,14 +3,17 @@
 use super::options::{MethodList, Options, Overwriting};
 use super::words::Words;
 use crate::bytes::rounded;
-use crate::compare::{Comparison, listed, publish};
+use crate::compare::{Comparison, listed, publish, scene_by};
 use crate::console;
-use crate::exit::{DONE, Failure};
+use crate::exit::{DONE, Failure, worse};
 use crate::interrupt::Interrupt;
 use crate::paper::{self, Entry, SECTIONS, Selection, SolvedScene};
-use crate::plan::{self, size_in_words};
+use crate::plan::size_in_words;
+use crate::progress::{Display, Mode};
 use crate::quoted::Scale;
 use crate::run::{Outputs, RunOptions};
+use crate::scene::Scene;
+use crate::solves;
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -58,7 +61,7 @@ pub fn run(arguments: &PaperArguments) -> Result<u8, Failure> {
     });
     let selection = arguments.selection();
     if arguments.list {
-        return list(&selection, &options);
+        return list(arguments, &options);
     }
     let sections = selection.sections()?;
     let planned = selection.scenes(&sections, &arguments.output, &options)?;
@@ -94,7 +97,7 @@ pub fn run(arguments: &PaperArguments) -> Result<u8, Failure> {
         page.pictures = !arguments.no_pictures;
         publish::write(&mut folder, STEM, &page, &facts(&solved, arguments.scale))?;
     }
-    let table = format!("{}\n{}\n", paper::table(&solved).markdown(), paper::verdict::RULE);
+    let table = format!("{}\n{}\n", paper::table(&solved).plain(), paper::verdict::RULE);
     let facts = facts(&solved, arguments.scale);
     publish::announce(options.mode, &folder, STEM, &table, facts);
     Ok(publish::code(&folder, &interrupt, exit_code(&solved)))
@@ -109,12 +112,23 @@ impl PaperArguments {
             sets: &self.options.set,
         }
     }
+
+    /// The first method that an entry is solved by, if there is one, its scene by that, and the bytes that its block takes.
+    fn needs(&self, entry: &Entry, options: &RunOptions) -> Result<Option<(String, Scene, usize)>, Failure> {
+        let Some(method) = entry.methods(&self.methods.methods).into_iter().next() else {
+            return Ok(None);
+        };
+        let document = entry.document(self.scale, &self.options.set, &method)?;
+        let scene = scene_by(document, &method)?;
+        let bytes = solves::bytes(&scene, &options.plan)?;
+        Ok(Some((method, scene, bytes)))
+    }
 }
 
 /// The worst exit code of all scenes.
 fn exit_code(solved: &[SolvedScene]) -> u8 {
     let codes = solved.iter().map(|scene| scene.comparison.exit_code());
-    codes.max().unwrap_or(DONE)
+    codes.fold(DONE, worse)
 }
 
 fn facts(solved: &[SolvedScene], scale: Scale) -> Value {
@@ -134,44 +148,47 @@ fn facts(solved: &[SolvedScene], scale: Scale) -> Value {
 }
 
 /// Prints the names, and the memory that each scene takes by the first method.
-fn list(selection: &Selection<'_>, options: &RunOptions) -> Result<u8, Failure> {
+fn list(arguments: &PaperArguments, options: &RunOptions) -> Result<u8, Failure> {
     for section in SECTIONS {
-        console::print(&format!("{:<10}{}", section.name, section.title));
+        if options.mode != Mode::Json {
+            console::print(&format!("{:<10}{}", section.name, section.title));
+        }
         for entry in section.members() {
+            let needs = arguments.needs(entry, options)?;
+            if options.mode == Mode::Json {
+                let mut fields = json!({ "section": section.name, "name": entry.name, "title": entry.about });
+                if let Some((method, scene, bytes)) = needs {
+                    fields["method"] = method.into();
+                    fields["cells"] = scene.grid.cells.into();
+                    fields["steps"] = scene.time.steps.into();
+                    fields["bytes"] = bytes.into();
+                }
+                Display::new(Mode::Json, 0).event("scene", fields);
+                continue;
+            }
+            let needs = needs.map_or_else(
+                || format!("only by {}", listed(entry.only)),
+                |(method, scene, bytes)| {
+                    let cells = size_in_words(&scene.grid.cells);
+                    format!(
+                        "{cells}, {} steps, {} by {method}",
+                        scene.time.steps,
+                        rounded(bytes)
+                    )
+                },
+            );
             console::print(&format!(
-                "{:<10}  {:<18}{:<40}{}",
-                "",
-                entry.name,
-                entry.about,
-                needs(entry, selection, options)?
+                "{:<10}  {:<18}{:<40}{needs}",
+                "", entry.name, entry.about
             ));
         }
+    }
+    if options.mode == Mode::Json {
+        return Ok(DONE);
     }
     paper::known()
         .lines()
         .iter()
         .for_each(|line| console::print(line));
     Ok(DONE)
-}
-
-/// Size and memory of an entry, or by which methods alone it is solved.
-fn needs(entry: &Entry, selection: &Selection<'_>, options: &RunOptions) -> Result<String, Failure> {
-    let methods = entry.methods(selection.methods);
-    let Some(method) = methods.first() else {
-        return Ok(format!("only by {}", listed(entry.only)));
-    };
-    let lineup = selection.by_method(entry, core::slice::from_ref(method), options)?;
-    let planned = lineup
-        .scenes
-        .first()
-        .map(|scene| plan::choose(scene, &options.plan))
-        .transpose()?;
-    Ok(planned.map_or_else(String::new, |planned| {
-        format!(
-            "{}, {} steps, {} by {method}",
-            size_in_words(&planned.problem.cells),
-            planned.problem.steps,
-            rounded(planned.plan.bytes())
-        )
-    }))
 }

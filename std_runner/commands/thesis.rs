@@ -7,7 +7,7 @@ use crate::compare::publish;
 use crate::console;
 use crate::exit::{DONE, Failure, NOT_FINITE};
 use crate::interrupt::Interrupt;
-use crate::progress::{Display, in_words};
+use crate::progress::{Display, Mode, in_words};
 use crate::quoted::Scale;
 use crate::thesis::{self, Bench, Done, Figure, Halt, Sheet};
 use clap::Args;
@@ -49,7 +49,7 @@ pub struct ThesisArguments {
 /// Makes the figures and writes the page; the answer is the exit code.
 pub fn run(arguments: &ThesisArguments) -> Result<u8, Failure> {
     if arguments.list {
-        list(arguments.scale);
+        list(arguments.scale, arguments.resources.mode());
         return Ok(DONE);
     }
     let names = thesis::known().chosen(&arguments.names)?;
@@ -69,8 +69,9 @@ pub fn run(arguments: &ThesisArguments) -> Result<u8, Failure> {
         &interrupt,
     );
     let mut done: Vec<Done> = Vec::new();
+    let mut broken = None;
     for figure in &asked {
-        if interrupt.asked() {
+        if interrupt.asked() || broken.is_some() {
             break;
         }
         announce(figure, arguments, done.len(), asked.len());
@@ -82,22 +83,32 @@ pub fn run(arguments: &ThesisArguments) -> Result<u8, Failure> {
                 sheet.fail(why);
                 true
             }
-            Err(Halt::Broken(failure)) => return Err(failure),
+            // What the figure has until then stays on the page.
+            Err(Halt::Broken(failure)) => {
+                broken = Some(failure);
+                false
+            }
         };
         done.push(Done { figure, sheet, whole });
         // After each figure, so that the page of a long run can be read meanwhile, and stays if the run is stopped.
         let mut page = thesis::page(&asked, &done, arguments.scale, &options);
         page.pictures = !arguments.no_pictures;
-        publish::write(&mut folder, STEM, &page, &thesis::facts(&done, arguments.scale))?;
+        let written = publish::write(&mut folder, STEM, &page, &thesis::facts(&done, arguments.scale));
+        // Why it broke off is said, not that there is no page of it.
+        if broken.is_none() {
+            written?;
+        }
     }
     if !arguments.arrays {
-        bench.forget_all_arrays()?;
+        let forgotten = bench.forget_all_arrays();
+        if broken.is_none() {
+            forgotten?;
+        }
     }
-    let table = format!(
-        "{}\n{}\n",
-        thesis::overview(&asked, &done).markdown(),
-        thesis::RULE
-    );
+    if let Some(failure) = broken {
+        return Err(failure);
+    }
+    let table = format!("{}\n{}\n", thesis::overview(&asked, &done).plain(), thesis::RULE);
     publish::announce(
         options.mode(),
         &folder,
@@ -130,9 +141,14 @@ fn exit_code(done: &[Done]) -> u8 {
 }
 
 /// Prints the names, and what each figure takes about.
-fn list(scale: Scale) {
+fn list(scale: Scale, mode: Mode) {
     for figure in thesis::figures() {
         let [seconds, bytes] = figure.expected(scale);
+        if mode == Mode::Json {
+            let fields = json!({ "name": figure.name, "title": figure.title, "expected_seconds": seconds, "expected_bytes": bytes });
+            Display::new(mode, 0).event("figure", fields);
+            continue;
+        }
         console::print(&format!(
             "{:<10}{:<62}about {}, {}",
             figure.name,
@@ -140,6 +156,9 @@ fn list(scale: Scale) {
             in_words(seconds),
             rounded(bytes as usize)
         ));
+    }
+    if mode == Mode::Json {
+        return;
     }
     thesis::known()
         .lines()

@@ -66,7 +66,7 @@ pub(crate) fn in_brief(figures: &Figures) -> [String; 5] {
     ]
 }
 
-/// Seconds to three digits, without a unit.
+/// Seconds to three digits or four, without a unit.
 fn seconds_alone(value: f64) -> String {
     let decimals = if value >= 100.0 {
         0
@@ -74,8 +74,10 @@ fn seconds_alone(value: f64) -> String {
         1
     } else if value >= 1.0 {
         2
-    } else {
+    } else if value >= 0.1 {
         3
+    } else {
+        return number(value);
     };
     format!("{value:.decimals$}")
 }

@@ -1,14 +1,15 @@
 //! One scene by several methods, one after the other in this process.
 
 use super::figures::{Figures, descends, ends};
-use super::staggered::{Staggered, staggered};
+use super::staggered::{self, Staggered, staggered};
 use super::words::listed;
 use crate::console;
-use crate::exit::{DONE, FILE, Failure, NOT_FINITE};
+use crate::destination::remove_written;
+use crate::exit::{DONE, FILE, Failure, worse};
 use crate::interrupt::Interrupt;
 use crate::progress::{Clock, Mode};
-use crate::report::RunRecord;
-use crate::run::{Outcome, Request, RunOptions};
+use crate::report::{ARCHIVE, RunRecord};
+use crate::run::{Outcome, Outputs, Request, RunOptions};
 use crate::scene::{Document, Scene};
 use crate::solves;
 use serde_json::{Value, json};
@@ -43,15 +44,14 @@ pub(crate) fn scenes_by_method(
             twice.1
         )));
     }
-    let scene = |name: &String| {
-        let mut document = document(name)?;
-        document.replace(format!("--methods {name}"), "method.name", name.as_str().into())?;
-        Scene::of(document)
-    };
+    let scene = |name: &String| scene_by(document(name)?, name);
     let mut scenes = methods.iter().map(scene).collect::<Result<Vec<_>, _>>()?;
     let note = price_alike(&mut scenes);
     for scene in &scenes {
         solves::check(scene, &options.plan)?;
+        if scene.method.fluids.chosen {
+            staggered::check(scene, &options.plan)?;
+        }
     }
     Ok(Lineup {
         scenes,
@@ -60,16 +60,21 @@ pub(crate) fn scenes_by_method(
     })
 }
 
+/// The scene of `document` by the method `name`.
+pub(crate) fn scene_by(mut document: Document, name: &str) -> Result<Scene, Failure> {
+    document.replace(format!("--methods {name}"), "method.name", name.into())?;
+    Scene::of(document)
+}
+
 /// Where some of the methods cannot price curls and the smoothness is automatic, it becomes 0 for all: an objective with a price of curls
 /// is not to be compared with one without. The sentence says so.
 fn price_alike(scenes: &mut [Scene]) -> Option<String> {
     let automatic =
         |scene: &Scene| scene.control.smoothness.is_none() && scene.advection.scheme.smoothness() > 0.0;
-    // Stable Fluids have a price of their own, with or without curls in that of the others.
+    // What Stable Fluids find is priced as the direct method does it.
     let (able, unable): (Vec<&Scene>, Vec<&Scene>) = scenes
         .iter()
-        .filter(|scene| !scene.method.fluids.chosen)
-        .partition(|scene| takes(&scene.method.params, Feature::Smoothness));
+        .partition(|scene| scene.method.fluids.chosen || takes(&scene.method.params, Feature::Smoothness));
     if unable.is_empty() || !able.into_iter().any(automatic) {
         return None;
     }
@@ -82,10 +87,19 @@ fn price_alike(scenes: &mut [Scene]) -> Option<String> {
         listed(&unable),
         scenes.first()?.advection.scheme.smoothness()
     );
-    for scene in scenes.iter_mut().filter(|scene| !scene.method.fluids.chosen) {
+    for scene in scenes.iter_mut() {
         scene.control.smoothness = Some(0.0);
     }
     Some(note)
+}
+
+/// A method without a row in the table.
+pub(crate) struct Lost {
+    pub method: String,
+    /// Why, as a sentence.
+    pub why: String,
+    /// The exit code that goes with it.
+    code: u8,
 }
 
 /// What the methods made of a scene.
@@ -95,8 +109,8 @@ pub(crate) struct Comparison {
     pub solved: Vec<Outcome>,
     /// The results of another simulator on the grid of the others, at the places of `solved`.
     pub staggered: Vec<Option<Staggered>>,
-    /// Methods without a result, and the reason.
-    pub failed: Vec<(String, String)>,
+    /// Methods without a result.
+    pub failed: Vec<Lost>,
     /// What was changed so that all solve the same problem.
     pub note: Option<String>,
 }
@@ -122,26 +136,22 @@ impl Comparison {
                 break;
             }
             let rule = lineup.settled.filter(|(of, _)| *of == scene.method.params.method);
-            let elsewhere = scene.method.fluids.chosen.then(|| scene.clone());
             let request = Request {
                 interrupt: Some(interrupt.clone()),
                 settled: rule.map(|(_, part)| part),
                 ..Request::new(scene, folder.join(method), Clock::start())
             };
-            match solves::solve(options, request) {
-                Ok(outcome) => {
-                    let brought =
-                        elsewhere.map(|scene| staggered(&scene, &folder.join(method), &options.plan));
-                    comparison.staggered.push(brought.transpose()?);
+            match solved(request, options) {
+                Ok((outcome, brought)) => {
+                    comparison.staggered.push(brought);
                     comparison.solved.push(outcome);
                 }
-                Err(Failure::NotFinite(why)) => {
-                    if options.mode != Mode::Quiet {
-                        console::error(&format!("thurible: {method}: {why}"));
-                    }
-                    comparison.failed.push((method.clone(), why));
+                Err(Broken::Method(why, code)) => {
+                    console::error(&format!("thurible: {method}: {why}"));
+                    let method = method.clone();
+                    comparison.failed.push(Lost { method, why, code });
                 }
-                Err(other) => return Err(other),
+                Err(Broken::All(failure)) => return Err(failure),
             }
         }
         Ok(comparison)
@@ -174,19 +184,59 @@ impl Comparison {
         let failed: Value = self
             .failed
             .iter()
-            .map(|(method, why)| json!({ "method": method, "why": why }))
+            .map(|lost| json!({ "method": lost.method, "why": lost.why }))
             .collect();
         json!({ "best": self.ends().0, "rows": self.figures(), "failed": failed, "note": self.note })
     }
 
     /// The exit code of a comparison that was not interrupted.
     pub fn exit_code(&self) -> u8 {
-        if !self.failed.is_empty() {
-            NOT_FINITE
-        } else if self.solved.iter().any(|outcome| outcome.diverted) {
-            FILE
-        } else {
-            DONE
-        }
+        let failed = self.failed.iter().map(|lost| lost.code);
+        let codes = self.solved.iter().map(Outcome::exit_code).chain(failed);
+        codes.fold(DONE, worse)
     }
+}
+
+/// What ends with a solve that comes to nothing.
+enum Broken {
+    /// That method alone, for this reason and with this exit code.
+    Method(String, u8),
+    /// All that is left.
+    All(Failure),
+}
+
+/// Solves the scene of `request`; what another simulator found is brought to the grid of the others, too.
+fn solved(request: Request, options: &RunOptions) -> Result<(Outcome, Option<Staggered>), Broken> {
+    let (scene, folder) = (request.scene.clone(), request.folder.clone());
+    let elsewhere = scene.method.fluids.chosen;
+    let with_arrays = RunOptions {
+        outputs: Outputs {
+            arrays: options.outputs.arrays || elsewhere,
+            ..options.outputs
+        },
+        ..*options
+    };
+    let outcome = solves::solve(&with_arrays, request).map_err(|failure| match failure {
+        Failure::NotFinite(_) => Broken::Method(failure.to_string(), failure.code()),
+        other => Broken::All(other),
+    })?;
+    if !elsewhere {
+        return Ok((outcome, None));
+    }
+    let not_compared = |why: &str, code: u8| {
+        let folder = folder.display();
+        Broken::Method(
+            format!("what it found, for {folder}, cannot be compared on the grid of the others: {why}"),
+            code,
+        )
+    };
+    if outcome.diverted {
+        return Err(not_compared("it was written elsewhere", FILE));
+    }
+    let brought = staggered(&scene, &folder, &options.plan)
+        .map_err(|failure| not_compared(&failure.to_string(), failure.code()));
+    if !options.outputs.arrays {
+        remove_written(&folder, ARCHIVE).map_err(Broken::All)?;
+    }
+    Ok((outcome, Some(brought?)))
 }

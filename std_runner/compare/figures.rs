@@ -56,22 +56,25 @@ impl Figures {
     /// The figures of `record`, and what it comes to on the staggered grid where it is of another; `best` is the least final objective, `worst` the
     /// largest of the methods that descend.
     pub(crate) fn of(record: &RunRecord, staggered: Option<&Staggered>, (best, worst): (f64, f64)) -> Self {
-        let finest = finest(record);
-        let coarser = record.history.len() - finest.len();
+        let iterations = record
+            .history
+            .iter()
+            .filter(|entry| is_finest(record, entry))
+            .count();
+        let coarser_iterations = record.history.len() - iterations;
+        // The way of another objective says nothing of this one.
+        let way = if staggered.is_none() { way(record) } else { &[] };
         let seconds = record.history.last().map_or(0.0, |entry| entry.seconds);
         Self {
             method: record.method,
             status: record.status,
             threads: record.threads,
-            iterations: finest.len(),
-            coarser_iterations: coarser,
+            iterations,
+            coarser_iterations,
             seconds,
-            // The way of another objective says nothing of this one.
-            seconds_to_best: reached(finest, record.objective.total(), NEAR * best)
-                .filter(|_| staggered.is_none()),
-            seconds_to_worst: reached(finest, record.objective.total(), worst)
-                .filter(|_| staggered.is_none()),
-            iteration_average: (seconds - record.seconds.nested) / finest.len().max(1) as f64,
+            seconds_to_best: reached(way, record.objective.total(), NEAR * best),
+            seconds_to_worst: reached(way, record.objective.total(), worst),
+            iteration_average: (seconds - record.seconds.nested) / iterations.max(1) as f64,
             ao_average: spent(record.seconds.ao_average),
             nso_average: spent(record.seconds.nso_average),
             objective: staggered.map_or(record.objective, |found| found.objective),
@@ -97,13 +100,19 @@ fn spent(seconds: f64) -> Option<f64> {
     (seconds > 0.0).then_some(seconds)
 }
 
-/// The iterations on the grid of the scene itself: objectives of coarser grids cannot be compared.
-pub fn finest(record: &RunRecord) -> &[IterationRecord] {
-    let on_finest = |piece: &&[IterationRecord]| {
-        let level = |entry: &IterationRecord| entry.level.as_ref().is_none_or(|cells| *cells == record.cells);
+/// Whether an iteration is on the grid of the scene itself.
+fn is_finest(record: &RunRecord, entry: &IterationRecord) -> bool {
+    entry.level.as_ref().is_none_or(|cells| *cells == record.cells)
+}
+
+/// The iterations whose objectives are that of the result: those on the grid of the scene itself, since those of coarser grids cannot be compared,
+/// and none of a window, whose objective is that of its own steps.
+pub fn way(record: &RunRecord) -> &[IterationRecord] {
+    let is_whole = |piece: &&[IterationRecord]| {
+        let level = |entry: &IterationRecord| is_finest(record, entry) && entry.window.is_none();
         piece.first().is_some_and(level)
     };
-    by_grid(&record.history).last().filter(on_finest).unwrap_or(&[])
+    by_grid(&record.history).last().filter(is_whole).unwrap_or(&[])
 }
 
 /// Seconds until the objective was at most `target`, if it also ended there: an objective on the way may be that of a flow that is
@@ -118,7 +127,7 @@ fn reached(history: &[IterationRecord], end: f64, target: f64) -> Option<f64> {
 
 /// Whether the method made more than one iteration on the finest grid, so that its objective can be plotted.
 pub fn descends(record: &RunRecord) -> bool {
-    finest(record).len() > 1
+    way(record).len() > 1
 }
 
 /// The least of the objectives that methods ended with, and the largest of those that descend, of objectives and whether they do.

@@ -11,6 +11,6 @@ mod words;
 pub use figures::{Figures, NEAR};
 
 pub(crate) use columns::{COLUMNS, MEMORY, cells, in_brief, status};
-pub(crate) use comparison::{Comparison, Lineup, scenes_by_method};
+pub(crate) use comparison::{Comparison, Lineup, Lost, scene_by, scenes_by_method};
 pub(crate) use page::{by_seconds, last_keyframe, measured, page, said, strip, summary};
 pub(crate) use words::listed;

@@ -1,8 +1,8 @@
 //! The page of a comparison, in parts that the page of the paper's scenes uses too.
 
 use super::columns::{COLUMNS, MEMORY, cells};
-use super::comparison::Comparison;
-use super::figures::{Figures, descends, finest};
+use super::comparison::{Comparison, Lost};
+use super::figures::{Figures, descends, way};
 use super::words::listed;
 use crate::quoted::machine;
 use crate::report::{
@@ -134,7 +134,7 @@ fn notes(comparison: &Comparison) -> Vec<Block> {
         comparison
             .failed
             .iter()
-            .map(|(method, why)| Block::Text(format!("{method} came to no result: {why}"))),
+            .map(|Lost { method, why, .. }| Block::Text(format!("{method} came to no result: {why}"))),
     );
     notes.extend(comparison.records().flat_map(|record| {
         let said = |remark: &String| Block::Text(format!("{}: {remark}.", record.method.name()));
@@ -184,7 +184,7 @@ fn race(rows: &[Figures]) -> Option<String> {
 /// Curves of the objective over `across`, one for each method.
 fn objective(comparison: &Comparison, across: fn(&IterationRecord, usize) -> f64) -> Vec<Curve> {
     let curve = |(index, record): (usize, &RunRecord)| {
-        let points = finest(record)
+        let points = way(record)
             .iter()
             .enumerate()
             .map(|(place, entry)| (across(entry, place), entry.objective.total()));
@@ -266,7 +266,7 @@ pub(crate) fn strip(pictures: &[(usize, Vec<u8>)]) -> Block {
     )
 }
 
-/// The table of the page in Markdown, for the terminal.
+/// The table of the page, for the terminal.
 pub(crate) fn summary(comparison: &Comparison) -> String {
-    table(&comparison.figures()).markdown()
+    table(&comparison.figures()).plain()
 }

@@ -26,14 +26,25 @@ pub(crate) struct Staggered {
     pub keyframe_error: f64,
 }
 
-/// The result in `folder` of `scene`, whose velocities are at the centres of cells, on the staggered grid.
-pub(crate) fn staggered(scene: &Scene, folder: &Path, options: &PlanOptions) -> Result<Staggered, Failure> {
+/// The scene by which the staggered grid prices a flow that is given.
+fn priced(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     scene.method.fluids.chosen = false;
     scene.method.params.method = Method::Direct;
     // The flow is that which was found, from its start on.
     scene.control.initial_velocity = None;
     scene.templates.clear();
+    scene
+}
+
+/// Refuses a scene whose result could not be brought to the staggered grid.
+pub(crate) fn check(scene: &Scene, options: &PlanOptions) -> Result<(), Failure> {
+    plan::choose(&priced(scene), options).map(drop)
+}
+
+/// The result in `folder` of `scene`, whose velocities are at the centres of cells, on the staggered grid.
+pub(crate) fn staggered(scene: &Scene, folder: &Path, options: &PlanOptions) -> Result<Staggered, Failure> {
+    let scene = priced(scene);
     let planned = plan::choose(&scene, options)?;
     let bytes = planned.plan.bytes();
     let mut region = Region::new(bytes).ok_or_else(|| no_memory(bytes))?;

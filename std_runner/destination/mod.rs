@@ -66,6 +66,17 @@ pub(crate) fn put_in_order(folder: &Path) {
     }
 }
 
+/// Removes the file `name` of the result in `folder`, if it is there and ours.
+///
+/// # Errors
+/// As [`Destination::check`], or the system refused.
+pub(crate) fn remove_written(folder: &Path, name: &str) -> Result<(), Failure> {
+    if folder.join(name).exists() {
+        Destination::check(folder, Vec::new())?.remove(name)?;
+    }
+    Ok(())
+}
+
 /// Where `folder` is: absolute, without links; as it is named where that cannot be known.
 pub(crate) fn place_of(folder: &Path) -> PathBuf {
     resolved(folder).unwrap_or_else(|_| folder.to_path_buf())

@@ -4,7 +4,7 @@ use super::catalogue::Entry;
 use super::sections::{Content, GROUPS, SECTIONS, Section};
 use super::tables::{SolvedScene, beside, quoted_from, table};
 use super::verdict;
-use crate::compare;
+use crate::compare::{self, Lost};
 use crate::quoted::Scale;
 use crate::report::{Block, Chart, Curve, Document, RunRecord};
 
@@ -94,7 +94,7 @@ fn blocks_of(section: &Section, solved: &[&SolvedScene]) -> Vec<Block> {
     let mut blocks = vec![Block::Charts(charts)];
     for scene in solved {
         blocks.push(Block::Part(scene.entry.about.into()));
-        blocks.extend(scene.comparison.failed.iter().map(|(method, why)| {
+        blocks.extend(scene.comparison.failed.iter().map(|Lost { method, why, .. }| {
             Block::Text(format!(
                 "{}: {method} came to no result: {why}",
                 scene.entry.about

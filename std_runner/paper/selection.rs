@@ -97,12 +97,7 @@ impl Selection<'_> {
     }
 
     /// The scene of `entry` once for each of `methods`.
-    pub fn by_method(
-        &self,
-        entry: &Entry,
-        methods: &[String],
-        options: &RunOptions,
-    ) -> Result<Lineup, Failure> {
+    fn by_method(&self, entry: &Entry, methods: &[String], options: &RunOptions) -> Result<Lineup, Failure> {
         let document = |method: &str| entry.document(self.scale, self.sets, method);
         let mut lineup = scenes_by_method(document, methods, options)?;
         lineup.settled = Some((Method::Lbfgs, STILL));

@@ -28,8 +28,8 @@ impl SolvedScene {
             method: figures.method.name().to_owned(),
             figures: Some(figures),
         });
-        let failed = self.comparison.failed.iter().map(|(method, _)| Row {
-            method: method.clone(),
+        let failed = self.comparison.failed.iter().map(|lost| Row {
+            method: lost.method.clone(),
             figures: None,
         });
         solved.chain(failed).collect()

@@ -4,6 +4,7 @@ use super::catalogue::Entry;
 use crate::compare::{self, Figures};
 use crate::quoted::NOT_GIVEN;
 use crate::remarks::MISSED;
+use crate::report::SolvedBy;
 use thurible_core::{Method, Status};
 
 /// The rule of [`failed`], for readers.
@@ -30,7 +31,7 @@ pub(crate) fn failed(entry: &Entry, figures: Option<&Figures>) -> Option<String>
     if figures.status == Status::Cancelled {
         return None;
     }
-    let unconverged = figures.status != Status::Converged && converges(entry, figures.method.alike());
+    let unconverged = figures.status != Status::Converged && converges(entry, figures.method);
     let ended = unconverged.then(|| compare::status(figures.status).to_owned());
     let missed = figures.keyframe_error.is_nan() || figures.keyframe_error > MISSED;
     let missed = missed.then(|| format!("missed by {:.1} %", 100.0 * figures.keyframe_error));
@@ -39,10 +40,10 @@ pub(crate) fn failed(entry: &Entry, figures: Option<&Figures>) -> Option<String>
 }
 
 /// Whether the paper's own solve of the scene by `method` converged.
-fn converges(entry: &Entry, method: Method) -> bool {
+fn converges(entry: &Entry, method: SolvedBy) -> bool {
     entry.quoted.is_some_and(|row| match method {
-        Method::Admm => true,
-        Method::Lbfgs => ![NOT_SOLVED, NOT_GIVEN].contains(&row.lbfgs_total),
+        SolvedBy::Method(Method::Admm) => true,
+        SolvedBy::Method(Method::Lbfgs) => ![NOT_SOLVED, NOT_GIVEN].contains(&row.lbfgs_total),
         _ => false,
     })
 }

@@ -1,7 +1,7 @@
 //! Where runs are made, each once: in a folder of its own below that of the page, by the same doors as the commands.
 
 use crate::commands::options::Options;
-use crate::destination::{Destination, Earlier};
+use crate::destination::{Earlier, remove_written};
 use crate::exit::{FILE, Failure, INTERRUPTED, NOT_FINITE};
 use crate::interrupt::Interrupt;
 use crate::output::OutputError;
@@ -192,10 +192,7 @@ impl<'a> Bench<'a> {
 
     /// Removes the arrays of a run that nobody needs any more.
     pub fn forget_arrays(&self, made: &Made) -> Result<(), Failure> {
-        if made.archive().exists() {
-            Destination::check(&made.folder, Vec::new())?.remove(ARCHIVE)?;
-        }
-        Ok(())
+        remove_written(&made.folder, ARCHIVE)
     }
 
     /// Removes the arrays of all runs.

@@ -197,6 +197,61 @@ fn two_methods_on_one_page() {
     assert_eq!(again.code, 0, "a second run into the same folder: {}", again.err);
 }
 
+/// Iterations are those of all windows, and none of them says when the whole was near its end.
+#[test]
+fn windows_are_compared_as_a_whole() {
+    let folder = fresh_folder("compare_windows").join("out");
+    let ended = run(&[
+        "compare",
+        "examples/small_letter.toml",
+        "--methods",
+        "direct,lbfgs",
+        "--set",
+        "method.window=6",
+        "--set",
+        "method.stride=3",
+        "--set",
+        "method.iterations=3",
+        "--quiet",
+        "-o",
+        folder.to_str().unwrap(),
+    ]);
+    assert!(matches!(ended.code, 0 | 5), "{}", ended.err);
+    let facts = json(&folder.join("compare.json"));
+    for row in facts["rows"].as_array().unwrap() {
+        let report = json(&folder.join(row["method"].as_str().unwrap()).join("report.json"));
+        assert!(report["windows"].as_array().unwrap().len() > 1);
+        let history = report["history"].as_array().unwrap();
+        let finest = |entry: &&Value| entry["level"].is_null() || entry["level"] == report["cells"];
+        assert_eq!(row["iterations"], history.iter().filter(finest).count());
+        assert!(
+            row["seconds_to_best"].is_null() && row["seconds_to_worst"].is_null(),
+            "{row}"
+        );
+    }
+}
+
+/// Names are shown as they are by both pages, and a list of values is a line.
+#[test]
+fn what_looks_like_a_tag_is_none() {
+    let folder = fresh_folder("compare_tags");
+    let scene = folder.join("a<b>c.toml");
+    fs::copy("examples/small_letter.toml", &scene).unwrap();
+    let out = folder.join("out");
+    let ended = run(&[
+        "compare",
+        scene.to_str().unwrap(),
+        "--methods",
+        "pd",
+        "--quiet",
+        "-o",
+        out.to_str().unwrap(),
+    ]);
+    assert!(matches!(ended.code, 0 | 5), "{}", ended.err);
+    let page = fs::read_to_string(out.join("compare.md")).unwrap();
+    assert!(page.starts_with("# a&lt;b>c, compared"), "{page}");
+}
+
 #[test]
 fn one_method_in_json_lines() {
     let folder = fresh_folder("compare_json").join("out");

@@ -351,6 +351,68 @@ fn it_is_compared_with_the_others() {
     assert!(of_direct["keyframes"][0]["mass_ratio"].is_null());
 }
 
+/// What cannot be brought to the grid of the others is refused before anything is solved, and all are priced alike.
+#[test]
+fn what_is_compared_is_the_same_problem() {
+    let plain = |step: &str| {
+        let scene = SCENE.replace("step = 1\n", step);
+        let scene = scene
+            .split("[[template]]")
+            .next()
+            .unwrap()
+            .replace(", \"templates\"", "");
+        format!("{scene}[output]\nframes = false\n")
+    };
+    let by = |test: &str, step: &str, methods: &str| {
+        let options = ["--methods", methods, "--quiet", "--set", "method.iterations=2"];
+        ran(test, &plain(step), "compare", &options)
+    };
+    let (out, early) = by("stable_fluids_early", "step = 1\n", "stable_fluids");
+    assert_eq!(early.code, 2, "{}", early.err);
+    assert!(!out.join("stable_fluids").exists());
+    let (out, ended) = by("stable_fluids_priced", "step = 2\n", "admm,stable_fluids");
+    assert!(matches!(ended.code, 0 | 5), "{}", ended.err);
+    let facts = json(&out.join("compare.json"));
+    assert!(
+        facts["note"]
+            .as_str()
+            .unwrap()
+            .contains("admm cannot price curls"),
+        "{facts}"
+    );
+    let row = &facts["rows"][1]["objective"];
+    assert_eq!(
+        row["force"], row["force_plain"],
+        "no price of curls is in it: {row}"
+    );
+}
+
+/// The paper's scenes by Stable Fluids, whose arrays are there as long as they are needed.
+#[test]
+fn a_scene_of_the_paper_by_stable_fluids() {
+    let folder = fresh_folder("stable_fluids_paper").join("out");
+    let ended = run(&[
+        "paper",
+        "fluid",
+        "--scale",
+        "1/8",
+        "--methods",
+        "stable_fluids",
+        "--set",
+        "method.iterations=1",
+        "--quiet",
+        "--no-pictures",
+        "-o",
+        folder.to_str().unwrap(),
+    ]);
+    assert!(matches!(ended.code, 0 | 5), "{}", ended.err);
+    let facts = json(&folder.join("paper.json"));
+    let scene = &facts["scenes"][0];
+    assert_eq!(scene["rows"][0]["method"], "stable_fluids");
+    let result = folder.join(scene["name"].as_str().unwrap()).join("stable_fluids");
+    assert!(result.join("report.json").exists() && !result.join("result.npz").exists());
+}
+
 #[test]
 fn what_is_refused_is_named() {
     let cases: &[(&str, &str, &[&str])] = &[
