@@ -951,17 +951,17 @@ typedef struct {
     uint32_t method;
     // A `ThuriblePrior`; SAD by default.
     uint32_t prior;
-    // How much of it, in the units of the density (of a pixel, for those of novel views).
+    // How much of it, in the units of the density (of a pixel, for those of novel views); 0.15 by default, where the program chooses by prior and picture.
     double gamma;
     // Whether no cell may fall below 0; where none are kept, no pixel of a novel view: 0 or 1.
     uint32_t nonnegative;
-    // Whether the density is kept where only the caller needs it: 0 or 1.
+    // Whether the density is kept where only the caller needs it: 0 or 1; 1 by default, where the program keeps none by the priors of pictures.
     uint32_t volume;
     // Standard deviation of a mutation, in diagonals of the box.
     double sigma;
     // Mutations of a chain.
     uint64_t length;
-    // Mutations of a frame.
+    // Mutations of a frame; 6 million by default, where the program takes 20 for each cell and camera.
     uint64_t budget;
     // Mass of a sample; 0 for total / (accept budget).
     double eps;
@@ -1535,7 +1535,7 @@ ThuribleResult thurible_tomography_measure(ThuribleTomography *tomography,
                                            size_t bytes);
 
 // Begins frame `frame` with the pictures that were given: from nothing, or, `warm` being 1, from the density of the frame before, with
-// `warm_budget` of the budget.
+// `warm_budget` of the budget. The first frame, and one behind a dark frame, begin from nothing alone.
 // Safety: `tomography` as in `thurible_tomography_close`.
 ThuribleResult thurible_tomography_begin(ThuribleTomography *tomography,
                                          size_t frame,

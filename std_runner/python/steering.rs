@@ -167,8 +167,12 @@ impl Job<'_> {
         if let Some(keep) = keep {
             keep.end(py)?;
         }
-        let Ended { status, history, .. } = ended?;
-        if status == Status::NotFinite && history.is_empty() || status == Status::NotReady {
+        let Ended {
+            last,
+            status,
+            history,
+        } = ended?;
+        if last == Status::NotFinite && history.is_empty() || status == Status::NotReady {
             let why = "the search left the finite numbers at once; use float64, or a slower initial_velocity";
             return Err(PyFloatingPointError::new_err(why));
         }

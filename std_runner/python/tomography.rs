@@ -133,10 +133,13 @@ const NAMES: [&str; 18] = [
 fn set(settings: &mut Settings, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
     let count = || -> PyResult<u64> {
         let given = number(name, value)?;
-        if (1.0..1e15).contains(&given) {
+        if (1.0..1e15).contains(&given) && given.fract() == 0.0 {
             Ok(given as u64)
         } else {
-            Err(refused(name, format!("is {given}; give a number from 1 on")))
+            Err(refused(
+                name,
+                format!("is {given}; give a whole number from 1 on"),
+            ))
         }
     };
     match name {

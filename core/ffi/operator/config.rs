@@ -79,6 +79,11 @@ impl ThuribleOperatorConfig {
                 let bare = Problem {
                     keyframes: &[],
                     keyframe_weights: &[],
+                    keyframe_regions: false,
+                    release: None,
+                    schedule: &[],
+                    mask: false,
+                    smoothness: None,
                     ..*problem
                 };
                 work(&bare, &chosen)

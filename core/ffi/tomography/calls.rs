@@ -114,7 +114,7 @@ pub unsafe extern "C" fn thurible_tomography_measure(
 }
 
 /// Begins frame `frame` with the pictures that were given: from nothing, or, `warm` being 1, from the density of the frame before, with
-/// `warm_budget` of the budget.
+/// `warm_budget` of the budget. The first frame, and one behind a dark frame, begin from nothing alone.
 ///
 /// # Safety
 /// `tomography` as in `thurible_tomography_close`.

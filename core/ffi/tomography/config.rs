@@ -74,17 +74,17 @@ pub struct ThuribleTomographyConfig {
     pub method: u32,
     /// A `ThuriblePrior`; SAD by default.
     pub prior: u32,
-    /// How much of it, in the units of the density (of a pixel, for those of novel views).
+    /// How much of it, in the units of the density (of a pixel, for those of novel views); 0.15 by default, where the program chooses by prior and picture.
     pub gamma: f64,
     /// Whether no cell may fall below 0; where none are kept, no pixel of a novel view: 0 or 1.
     pub nonnegative: u32,
-    /// Whether the density is kept where only the caller needs it: 0 or 1.
+    /// Whether the density is kept where only the caller needs it: 0 or 1; 1 by default, where the program keeps none by the priors of pictures.
     pub volume: u32,
     /// Standard deviation of a mutation, in diagonals of the box.
     pub sigma: f64,
     /// Mutations of a chain.
     pub length: u64,
-    /// Mutations of a frame.
+    /// Mutations of a frame; 6 million by default, where the program takes 20 for each cell and camera.
     pub budget: u64,
     /// Mass of a sample; 0 for total / (accept budget).
     pub eps: f64,
